@@ -1,0 +1,76 @@
+//! What answers rays: the [`Accelerator`] trait, the specs that name one, and the catalogue.
+
+pub mod catalogue;
+mod spec;
+
+pub use spec::{BackendSpec, Choice, Key};
+
+use crate::Result;
+use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
+use crate::scene::Scene;
+
+/// A structure built from a scene's triangles that answers rays.
+///
+/// A hit is a point of a closed, non-degenerate triangle at a `t` of the ray's closed interval;
+/// [`Ray`] says which rays hit nothing.
+pub trait Accelerator: Send + Sync {
+    /// What building it took.
+    fn build_stats(&self) -> &BuildStats;
+
+    /// The closest hit, or `None`.
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
+
+    /// For each ray of the batch, whether anything is in the way. `occluded` holds
+    /// [`words_for`](crate::ray::words_for) zeroed words.
+    fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]);
+
+    /// As [`occluded`](Self::occluded), and adds what each ray visited to its element of `counts`.
+    /// Returns `false`, having done nothing, if this backend cannot count. Never timed.
+    fn occluded_counted(
+        &self,
+        batch: &RayBatch<'_>,
+        occluded: &mut [u64],
+        counts: &mut [VisitCounts],
+    ) -> bool {
+        let _ = (batch, occluded, counts);
+        false
+    }
+}
+
+/// What building an accelerator took.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct BuildStats {
+    /// Wall-clock time to build the structure, in milliseconds, without `order_ms`.
+    pub build_ms: f64,
+    /// Wall-clock time to set the traversal order, in milliseconds; 0 where there is none.
+    pub order_ms: f64,
+    /// Memory of the structure, in bytes, without the mesh that all backends share.
+    pub memory_bytes: u64,
+    /// Inner nodes, where known.
+    pub inner_nodes: Option<u64>,
+    /// Leaves, where known.
+    pub leaves: Option<u64>,
+    /// Expected cost of a random line by the surface-area heuristic, where known.
+    pub sah_cost: Option<f64>,
+    /// Facts to print beside the timings: library version, instruction set, flags.
+    pub notes: Vec<String>,
+}
+
+/// What a backend is built with, besides its spec.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildContext<'a> {
+    /// The scene. Backends use its mesh only.
+    pub scene: &'a Scene,
+    /// Threads that build; at least 1. Natively, the current rayon pool has as many.
+    pub threads: usize,
+    /// Seed of anything random in the structure (`order=random`).
+    pub seed: u64,
+}
+
+/// Builds the backend that `spec` names.
+///
+/// # Errors
+/// [`Error::Backend`](crate::Error::Backend) if the backend is not in this build or fails.
+pub fn build(spec: &BackendSpec, context: &BuildContext<'_>) -> Result<Box<dyn Accelerator>> {
+    (spec.entry().build)(spec, context)
+}

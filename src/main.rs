@@ -1,0 +1,2 @@
+//! The `sato` command.
+fn main() {}
