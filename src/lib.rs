@@ -1,10 +1,25 @@
 //! Shadow rays on CPUs: which way round a tree is walked is free speed.
 
+// In layers: each module uses only those above it.
 pub mod error;
 pub mod geometry;
 pub mod ray;
+
+pub mod intersect;
 pub mod scene;
+pub mod tree;
+
+pub mod build;
+pub mod order;
+pub mod trace;
 
 pub mod backend;
+
+// Unit tests and the suites in `tests` share their random geometry.
+#[cfg(test)]
+extern crate self as sato;
+#[cfg(test)]
+#[path = "../tests/common/random.rs"]
+mod test_random;
 
 pub use error::{Error, Result};
