@@ -3,7 +3,9 @@
 // In layers: each module uses only those above it.
 pub mod error;
 pub mod geometry;
+pub mod output;
 pub mod ray;
+pub mod ray_set;
 
 pub mod intersect;
 pub mod scene;
@@ -14,6 +16,8 @@ pub mod order;
 pub mod trace;
 
 pub mod backend;
+
+pub mod measure;
 
 // Unit tests and the suites in `tests` share their random geometry.
 #[cfg(test)]
