@@ -18,6 +18,7 @@ pub mod trace;
 pub mod backend;
 
 pub mod measure;
+pub mod report;
 
 // Unit tests and the suites in `tests` share their random geometry.
 #[cfg(test)]
