@@ -2,7 +2,8 @@
 
 use super::Provenance;
 use crate::backend::BuildStats;
-use crate::measure::Summary;
+use crate::measure::{Outcome, Summary};
+use crate::ray_set::RaySet;
 use serde::Serialize;
 
 /// The whole comparison.
@@ -118,4 +119,41 @@ pub struct AgreementReport {
     pub differing_rays: u64,
     /// The same, among a million rays.
     pub differing_per_million: f64,
+}
+
+impl ClassReport {
+    /// The outcome of a contest between backends of these specs.
+    pub fn new(
+        class: &str,
+        set: &RaySet,
+        rays_skipped: u64,
+        specs: &[String],
+        outcome: &Outcome,
+    ) -> Self {
+        let share = |n: usize| if set.is_empty() { 0.0 } else { n as f64 / set.len() as f64 };
+        let results = specs.iter().zip(&outcome.performances).map(|(spec, p)| ClassResult {
+            backend: spec.clone(),
+            trace_ms: p.trace_ms,
+            mrays_per_s: set.len() as f64 / (1e3 * p.trace_ms.median),
+            ratio_to_first: p.ratio_to_first,
+            occluded: p.occluded as u64,
+            nodes_per_ray: p.visits.map(|v| v.nodes_per_ray),
+            nodes_per_occluded_ray: p.visits.and_then(|v| v.nodes_per_occluded_ray),
+            nodes_per_unoccluded_ray: p.visits.and_then(|v| v.nodes_per_unoccluded_ray),
+            triangles_per_ray: p.visits.map(|v| v.triangles_per_ray),
+        });
+        let agreement = outcome.agreement.iter().map(|a| AgreementReport {
+            backends: a.pair.map(|i| specs[i].clone()),
+            differing_rays: a.differing.len() as u64,
+            differing_per_million: a.per_million(),
+        });
+        Self {
+            class: class.to_string(),
+            rays: set.len() as u64,
+            rays_skipped,
+            occluded_share: outcome.performances.first().map_or(0.0, |p| share(p.occluded)),
+            results: results.collect(),
+            agreement: agreement.collect(),
+        }
+    }
 }
