@@ -3,7 +3,7 @@
 mod brute;
 mod bvh2;
 pub mod catalogue;
-pub mod embree;
+mod embree;
 mod spec;
 
 pub use spec::{BackendSpec, Choice, Key};

@@ -35,6 +35,15 @@ pub(super) fn build(
     spec: &BackendSpec,
     context: &BuildContext<'_>,
 ) -> Result<Box<dyn Accelerator>> {
+    build_within(i64::MAX, spec, context)
+}
+
+/// As [`build`], with at most `memory_limit` bytes: the one way to make Embree fail on purpose.
+fn build_within(
+    memory_limit: i64,
+    spec: &BackendSpec,
+    context: &BuildContext<'_>,
+) -> Result<Box<dyn Accelerator>> {
     let failed = |message| Error::Backend { backend: spec.to_string(), message };
     let quality = match spec.value("quality") {
         "low" => Quality::LOW,
@@ -48,7 +57,7 @@ pub(super) fn build(
         _ => Width::Single,
     };
     // Starting threads is no part of building a tree: the device is made outside the clock.
-    let device = Device::new(context.threads, i64::MAX).map_err(failed)?;
+    let device = Device::new(context.threads, memory_limit).map_err(failed)?;
     let mesh = Arc::clone(&context.scene.mesh);
     let start = Instant::now();
     let scene =
@@ -169,6 +178,37 @@ impl Accelerator for Embree {
             Width::Packet4 => self.occluded_packets::<4, RTCRay4>(batch.rays, occluded),
             Width::Packet8 => self.occluded_packets::<8, RTCRay8>(batch.rays, occluded),
             Width::Packet16 => self.occluded_packets::<16, RTCRay16>(batch.rays, occluded),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, Defaults, Scene};
+    use crate::test_random::Random;
+    use glam::Vec3;
+
+    #[test]
+    fn a_failing_build_is_a_backend_error_that_names_the_spec() {
+        let scene = Scene {
+            name: "test".into(),
+            mesh: Random::new(1).mesh(1000).into(),
+            camera: Camera { eye: Vec3::Z, look_at: Vec3::ZERO, up: Vec3::Y, fov_degrees: 60.0 },
+            lights: Vec::new(),
+            defaults: Defaults { ao_radius: 1.0, size: [8, 8] },
+            warnings: Vec::new(),
+        };
+        let context = BuildContext { scene: &scene, threads: 2, seed: 0 };
+        for quality in ["low", "medium", "high"] {
+            let spec: BackendSpec = format!("embree:quality={quality}").parse().unwrap();
+            let text = match build_within(0, &spec, &context) {
+                Err(error @ Error::Backend { .. }) => error.to_string(),
+                other => panic!("built, or failed otherwise: {:?}", other.err()),
+            };
+            assert!(text.starts_with(&format!("backend {spec}: Embree: ")), "{text}");
+            assert!(!text.contains('\n') && text.contains("out of memory"), "{text}");
+            assert!(build(&spec, &context).is_ok());
         }
     }
 }

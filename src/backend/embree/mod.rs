@@ -14,7 +14,7 @@ use super::catalogue::BackendEntry;
 use super::{Choice, Key};
 
 /// The catalogue's entry.
-pub static ENTRY: BackendEntry = BackendEntry {
+pub(super) static ENTRY: BackendEntry = BackendEntry {
     name: "embree",
     about: "Intel Embree 4, the usual CPU ray-tracing library",
     keys: &[
