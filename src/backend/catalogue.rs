@@ -25,4 +25,5 @@ pub struct BackendEntry {
 pub type Check = fn(&BackendSpec) -> std::result::Result<(), String>;
 
 /// All backends, in the order in which they are listed.
-pub static BACKENDS: &[&BackendEntry] = &[&super::brute::ENTRY, &super::bvh2::ENTRY];
+pub static BACKENDS: &[&BackendEntry] =
+    &[&super::brute::ENTRY, &super::bvh2::ENTRY, &super::embree::ENTRY];

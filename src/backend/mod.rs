@@ -3,6 +3,7 @@
 mod brute;
 mod bvh2;
 pub mod catalogue;
+mod embree;
 mod spec;
 
 pub use spec::{BackendSpec, Choice, Key};

@@ -7,14 +7,15 @@ pub use camera::Camera;
 pub use light::{Light, LightShape};
 
 use crate::geometry::TriangleMesh;
+use std::sync::Arc;
 
 /// A loaded scene: checked, finite, ready for backends and renderer.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Short name, from the file or the generator.
     pub name: String,
-    /// All triangles, in one index space.
-    pub mesh: TriangleMesh,
+    /// All triangles, in one index space. Shared, so that a backend may keep it without a copy.
+    pub mesh: Arc<TriangleMesh>,
     /// The view.
     pub camera: Camera,
     /// The lights; may be empty.
