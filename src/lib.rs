@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod geometry;
+pub mod output;
 pub mod ray;
 pub mod scene;
 
