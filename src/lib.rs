@@ -6,5 +6,6 @@ pub mod ray;
 pub mod scene;
 
 pub mod backend;
+pub mod render;
 
 pub use error::{Error, Result};
