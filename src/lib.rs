@@ -1,11 +1,31 @@
 //! Shadow rays on CPUs: which way round a tree is walked is free speed.
 
+// In layers: each module uses only those above it.
 pub mod error;
 pub mod geometry;
+pub mod output;
 pub mod ray;
+pub mod ray_set;
+
+pub mod intersect;
 pub mod scene;
+pub mod tree;
+
+pub mod build;
+pub mod order;
+pub mod trace;
 
 pub mod backend;
 pub mod render;
+
+pub mod measure;
+pub mod report;
+
+// Unit tests and the suites in `tests` share their random geometry.
+#[cfg(test)]
+extern crate self as sato;
+#[cfg(test)]
+#[path = "../tests/common/random.rs"]
+mod test_random;
 
 pub use error::{Error, Result};

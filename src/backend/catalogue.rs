@@ -16,10 +16,13 @@ pub struct BackendEntry {
     /// Whether this build of the program has it, and if not, how to get it.
     pub unavailable: Option<&'static str>,
     /// Refuses combinations of values that do not exist, saying why.
-    pub check: Option<fn(&BackendSpec) -> std::result::Result<(), String>>,
+    pub check: Option<Check>,
     /// Builds it.
     pub build: fn(&BackendSpec, &BuildContext<'_>) -> Result<Box<dyn Accelerator>>,
 }
 
+/// Says why a combination of values does not exist.
+pub type Check = fn(&BackendSpec) -> std::result::Result<(), String>;
+
 /// All backends, in the order in which they are listed.
-pub static BACKENDS: &[&BackendEntry] = &[];
+pub static BACKENDS: &[&BackendEntry] = &[&super::brute::ENTRY, &super::bvh2::ENTRY];

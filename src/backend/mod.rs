@@ -1,5 +1,7 @@
 //! What answers rays: the [`Accelerator`] trait, the specs that name one, and the catalogue.
 
+mod brute;
+mod bvh2;
 pub mod catalogue;
 mod spec;
 

@@ -1,0 +1,113 @@
+//! The binary tree: any builder, any order, one ray at a time.
+
+use super::catalogue::BackendEntry;
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
+use crate::order::OrderContext;
+use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
+use crate::trace::{Counter, NoCount, single};
+use crate::tree::{Bvh2, ChildRef, Plan};
+use crate::{Error, Result, build, order};
+use std::time::Instant;
+
+pub(super) static ENTRY: BackendEntry = BackendEntry {
+    name: "bvh2",
+    about: "native binary bounding volume hierarchy",
+    keys: &[
+        Key {
+            name: "builder",
+            about: "how the tree is built",
+            choices: || {
+                build::BUILDERS.iter().map(|b| Choice { name: b.name, about: b.about }).collect()
+            },
+            default: "binned",
+        },
+        Key {
+            name: "order",
+            about: "which child a shadow ray visits first",
+            choices: || {
+                order::ORDERS.iter().map(|o| Choice { name: o.name, about: o.about }).collect()
+            },
+            default: "node-sato",
+        },
+        Key {
+            name: "trace",
+            about: "how rays are taken through the tree",
+            choices: || vec![Choice { name: "single", about: "one ray at a time" }],
+            default: "single",
+        },
+    ],
+    unavailable: None,
+    check: None,
+    build: |spec, context| Ok(Box::new(Bvh2Backend::new(spec, context)?)),
+};
+
+struct Bvh2Backend {
+    tree: Bvh2,
+    plan: Plan,
+    stats: BuildStats,
+}
+
+impl Bvh2Backend {
+    fn new(spec: &BackendSpec, context: &BuildContext<'_>) -> Result<Self> {
+        let mesh = &context.scene.mesh;
+        if mesh.len() > ChildRef::MAX_TRIANGLES {
+            return Err(Error::Backend {
+                backend: spec.to_string(),
+                message: format!(
+                    "{} triangles are more than the {} that a tree can hold",
+                    mesh.len(),
+                    ChildRef::MAX_TRIANGLES
+                ),
+            });
+        }
+        let builder = build::find(spec.value("builder")).expect("specs are checked");
+        let order = order::find(spec.value("order")).expect("specs are checked");
+        let start = Instant::now();
+        let mut tree = (builder.build)(mesh);
+        let built = Instant::now();
+        let order_context = OrderContext { mesh, seed: context.seed };
+        let plan = (order.plan_bvh2)(&mut tree, &order_context);
+        let stats = BuildStats {
+            build_ms: (built - start).as_secs_f64() * 1e3,
+            order_ms: built.elapsed().as_secs_f64() * 1e3,
+            memory_bytes: tree.memory_bytes(),
+            inner_nodes: Some(tree.nodes.len() as u64),
+            leaves: Some(tree.leaf_count() as u64),
+            sah_cost: Some(tree.sah_cost()),
+            notes: Vec::new(),
+        };
+        Ok(Self { tree, plan, stats })
+    }
+
+    fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
+        single::any_hit(&self.tree, self.plan, ray, counter)
+    }
+}
+
+impl Accelerator for Bvh2Backend {
+    fn build_stats(&self) -> &BuildStats {
+        &self.stats
+    }
+
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        single::closest_hit(&self.tree, ray)
+    }
+
+    fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        for (index, ray) in batch.rays.iter().enumerate() {
+            set_bit(occluded, index, self.any_hit(ray, &mut NoCount));
+        }
+    }
+
+    fn occluded_counted(
+        &self,
+        batch: &RayBatch<'_>,
+        occluded: &mut [u64],
+        counts: &mut [VisitCounts],
+    ) -> bool {
+        for (index, (ray, counts)) in batch.rays.iter().zip(counts).enumerate() {
+            set_bit(occluded, index, self.any_hit(ray, counts));
+        }
+        true
+    }
+}

@@ -1,0 +1,25 @@
+//! Builders of binary trees, and their catalogue. A builder knows nothing of traversal orders.
+
+mod binned;
+
+use crate::geometry::TriangleMesh;
+use crate::tree::Bvh2;
+
+/// One way to build a binary tree.
+#[derive(Debug)]
+pub struct BuilderEntry {
+    /// As typed after `builder=`.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub about: &'static str,
+    /// Builds on the current rayon pool. The tree is the same for any number of threads.
+    pub build: fn(&TriangleMesh) -> Bvh2,
+}
+
+/// All builders.
+pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY];
+
+/// The builder called `name`.
+pub fn find(name: &str) -> Option<&'static BuilderEntry> {
+    BUILDERS.iter().copied().find(|b| b.name == name)
+}

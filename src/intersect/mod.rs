@@ -1,0 +1,196 @@
+//! Ray against box and ray against triangle: the two tests that every native kernel shares.
+//!
+//! All arithmetic is plain `f32` without fused operations, so that every kernel, build and machine
+//! gives the same bits.
+//!
+//! # Why trees cannot change an answer
+//!
+//! A triangle counts as hit only if the [triangle test](PreparedRay::triangle) accepts it *and* the
+//! ray meets the triangle's own bounding box by the same [box test](PreparedRay::enter) that trees
+//! use. That box test is monotone: a box that contains a box the ray meets is itself met, and not
+//! entered later, because subtraction, multiplication by a constant, `min` and `max` are monotone
+//! in floating point. So every ancestor of a hit triangle is met, for any tree, and brute force and
+//! all trees agree on every ray. The boxes are also padded (see [`PreparedRay::new`]), so that the
+//! second condition does not reject what the triangle test accepts, beyond freak cases.
+
+mod watertight;
+
+use crate::geometry::{Aabb, Triangle};
+use crate::ray::{Hit, Ray};
+use glam::Vec3;
+
+/// Padding of boxes in units of the scene's extent seen from the ray's origin: 16 half-ulps.
+///
+/// With `e = 2^-24` and `m` the largest `|vertex - origin|` on any axis, the sheared coordinates of
+/// the triangle test carry an absolute error of at most `6.5 e m`, and a plane distance of the box
+/// test one of at most `3 e m` (times the reciprocal direction); 16 covers both.
+const PADDING: f32 = 16.0 / (1u32 << 24) as f32;
+
+/// The direction's components count as at least this share of the largest: keeps reciprocals
+/// finite. Over the scene's extent the ray moves `2^-60` of it along such an axis, far less than
+/// the padding.
+const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
+
+/// A ray with everything that its tests can compute once.
+#[derive(Clone, Copy, Debug)]
+pub struct PreparedRay {
+    /// Subtracted from the entry planes: the origin, moved forwards by the padding.
+    near_origin: Vec3,
+    /// Subtracted from the exit planes: the origin, moved backwards by the padding.
+    far_origin: Vec3,
+    reciprocal: Vec3,
+    /// Whether the entry plane of each axis is the upper one.
+    descending: [bool; 3],
+    /// Interval of the box test: the ray's own, padded.
+    box_t_min: f32,
+    box_t_max: f32,
+    shear: watertight::Shear,
+    t_min: f32,
+    t_max: f32,
+    /// Multiplies `t` to undo the scaling of extreme directions; a power of two.
+    t_scale: f32,
+}
+
+impl PreparedRay {
+    /// Prepares `ray` for tests against boxes and triangles within `bounds`; `None` if it hits
+    /// nothing by definition (see [`Ray`]).
+    #[inline]
+    pub fn new(ray: &Ray, bounds: &Aabb) -> Option<Self> {
+        let length = ray.direction.abs().max_element();
+        let valid = ray.origin.is_finite()
+            && ray.direction.is_finite()
+            && length > 0.0
+            && ray.t_min <= ray.t_max;
+        if !valid {
+            return None;
+        }
+        // Reciprocals and slacks below stay finite for directions within these bounds.
+        const PLAIN: std::ops::RangeInclusive<f32> =
+            1.0 / (1u64 << 40) as f32..=(1u64 << 40) as f32;
+        if PLAIN.contains(&length) {
+            Some(Self::with_scale(ray.origin, ray.direction, ray.t_min, ray.t_max, bounds, 1.0))
+        } else {
+            Some(Self::rescaled(ray, length, bounds))
+        }
+    }
+
+    /// Scales an extreme direction by a power of two, which changes no hit.
+    #[cold]
+    fn rescaled(ray: &Ray, length: f32, bounds: &Aabb) -> Self {
+        let exponent = f64::from(length).log2().floor() as i32;
+        // Two factors, as 2^-149 and its inverse do not both exist in f32.
+        let (half, rest) = (exponent / 2, exponent - exponent / 2);
+        let power = |n: i32| (n as f32).exp2();
+        let direction = ray.direction * power(-half) * power(-rest);
+        let (t_min, t_max) =
+            (ray.t_min * power(half) * power(rest), ray.t_max * power(half) * power(rest));
+        let scale = power(-exponent.clamp(-126, 126));
+        Self::with_scale(ray.origin, direction, t_min, t_max, bounds, scale)
+    }
+
+    #[inline(always)]
+    fn with_scale(
+        origin: Vec3,
+        direction: Vec3,
+        t_min: f32,
+        t_max: f32,
+        bounds: &Aabb,
+        t_scale: f32,
+    ) -> Self {
+        let extent = (bounds.min - origin).abs().max((bounds.max - origin).abs()).max_element();
+        let pad = (extent * PADDING).max(f32::MIN_POSITIVE);
+        let largest = direction.abs().max_element();
+        let clamped =
+            direction.abs().max(Vec3::splat(largest * SMALLEST_SHARE)).copysign(direction);
+        let reciprocal = clamped.recip();
+        let descending = [
+            direction.x.is_sign_negative(),
+            direction.y.is_sign_negative(),
+            direction.z.is_sign_negative(),
+        ];
+        // Far from the world's origin `origin + pad` may round back to `origin`: go at least one
+        // representable number on.
+        let up = |o: f32| (o + pad).max(o.next_up());
+        let down = |o: f32| (o - pad).min(o.next_down());
+        let moved = |o: f32, backwards: bool| if backwards { down(o) } else { up(o) };
+        let [sx, sy, sz] = descending;
+        let near_origin = Vec3::new(moved(origin.x, sx), moved(origin.y, sy), moved(origin.z, sz));
+        let far_origin =
+            Vec3::new(moved(origin.x, !sx), moved(origin.y, !sy), moved(origin.z, !sz));
+        let t_slack = pad / largest;
+        Self {
+            near_origin,
+            far_origin,
+            reciprocal,
+            descending,
+            box_t_min: t_min - t_slack,
+            box_t_max: t_max + t_slack,
+            shear: watertight::Shear::new(origin, direction),
+            t_min,
+            t_max,
+            t_scale,
+        }
+    }
+
+    /// Where the ray enters `bounds` within its interval, cut at `t_max`; `None` if it misses.
+    /// Conservative: padded, never too late.
+    #[inline(always)]
+    fn enter_until(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
+        let [sx, sy, sz] = self.descending;
+        let pick = |upper: bool, lo: f32, hi: f32| if upper { hi } else { lo };
+        let near = Vec3::new(
+            pick(sx, bounds.min.x, bounds.max.x),
+            pick(sy, bounds.min.y, bounds.max.y),
+            pick(sz, bounds.min.z, bounds.max.z),
+        );
+        let far = Vec3::new(
+            pick(sx, bounds.max.x, bounds.min.x),
+            pick(sy, bounds.max.y, bounds.min.y),
+            pick(sz, bounds.max.z, bounds.min.z),
+        );
+        let entry = (near - self.near_origin) * self.reciprocal;
+        let exit = (far - self.far_origin) * self.reciprocal;
+        let entry = entry.x.max(entry.y).max(entry.z.max(self.box_t_min));
+        let exit = exit.x.min(exit.y).min(exit.z.min(t_max));
+        (entry <= exit).then_some(entry)
+    }
+
+    /// Where the ray enters `bounds` within its interval; `None` if it misses.
+    #[inline(always)]
+    pub fn enter(&self, bounds: &Aabb) -> Option<f32> {
+        self.enter_until(bounds, self.box_t_max)
+    }
+
+    /// As [`enter`](Self::enter), for a ray that already has a hit at `hit_t` (of
+    /// [`triangle`](Self::triangle)): `None` also where the box lies beyond it.
+    #[inline(always)]
+    pub fn enter_before(&self, bounds: &Aabb, hit_t: f32) -> Option<f32> {
+        self.enter_until(bounds, self.box_t_max.min(hit_t))
+    }
+
+    /// Where the ray hits `triangle`, as an internal distance for
+    /// [`enter_before`](Self::enter_before) and [`hit`](Self::hit); `None` if it misses.
+    #[inline(always)]
+    pub fn triangle(&self, triangle: &Triangle) -> Option<f32> {
+        let t = self.shear.intersect(triangle)?;
+        if t >= self.t_min && t <= self.t_max { self.confirm(triangle, t) } else { None }
+    }
+
+    /// The second condition of a hit (see the module's text). Rays hit rarely: out of the way of
+    /// the kernels' loops.
+    #[cold]
+    #[inline(never)]
+    fn confirm(&self, triangle: &Triangle, t: f32) -> Option<f32> {
+        // Not before the box is entered, so that a hit found earlier cannot hide this one in one
+        // tree and not in another. Adding zero turns -0 into 0: ties are told by value.
+        self.enter(&triangle.bounds()).map(|entry| t.max(entry) + 0.0)
+    }
+
+    /// The hit at internal distance `t`, in the caller's units.
+    pub fn hit(&self, t: f32, triangle: u32) -> Hit {
+        Hit { t: t * self.t_scale, triangle }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,119 @@
+use super::*;
+use crate::test_random::Random;
+
+fn unit_triangle() -> Triangle {
+    Triangle([Vec3::ZERO, Vec3::X, Vec3::Y])
+}
+
+fn bounds() -> Aabb {
+    Aabb { min: Vec3::splat(-4.0), max: Vec3::splat(4.0) }
+}
+
+fn t_of(ray: Ray, triangle: &Triangle) -> Option<f32> {
+    let prepared = PreparedRay::new(&ray, &bounds().union(triangle.bounds()))?;
+    prepared.triangle(triangle).map(|t| prepared.hit(t, 0).t)
+}
+
+fn down(x: f32, y: f32) -> Ray {
+    Ray::new(Vec3::new(x, y, 1.0), Vec3::new(0.0, 0.0, -1.0), f32::INFINITY)
+}
+
+#[test]
+fn the_triangle_is_closed_and_two_sided() {
+    for (x, y) in [(0.25, 0.25), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.5, 0.0)] {
+        assert_eq!(t_of(down(x, y), &unit_triangle()), Some(1.0), "({x}, {y})");
+        let [a, b, c] = unit_triangle().0;
+        assert_eq!(t_of(down(x, y), &Triangle([a, c, b])), Some(1.0), "({x}, {y}) behind");
+    }
+    for (x, y) in [(-0.01, 0.5), (0.6, 0.6), (0.5, -0.01)] {
+        assert_eq!(t_of(down(x, y), &unit_triangle()), None, "({x}, {y})");
+    }
+}
+
+#[test]
+fn the_interval_is_closed() {
+    let hits =
+        |t_min, t_max| t_of(Ray { t_min, t_max, ..down(0.25, 0.25) }, &unit_triangle()).is_some();
+    assert!(hits(0.0, 1.0) && hits(1.0, 1.0) && hits(1.0, 2.0));
+    assert!(!hits(0.0, 1.0f32.next_down()) && !hits(1.0f32.next_up(), 2.0));
+    assert!(!hits(2.0, 1.0) && !hits(f32::NAN, 2.0) && !hits(0.0, f32::NAN));
+}
+
+#[test]
+fn rays_that_hit_nothing_by_definition() {
+    let good = down(0.25, 0.25);
+    for direction in [Vec3::ZERO, Vec3::splat(f32::NAN), Vec3::new(0.0, 0.0, f32::NEG_INFINITY)] {
+        assert_eq!(t_of(Ray { direction, ..good }, &unit_triangle()), None);
+    }
+    let origin = Vec3::new(f32::INFINITY, 0.0, 0.0);
+    assert_eq!(t_of(Ray { origin, ..good }, &unit_triangle()), None);
+    // In the plane, and a triangle that is a line.
+    let in_plane = Ray::new(Vec3::new(-1.0, 0.2, 0.0), Vec3::X, f32::INFINITY);
+    assert_eq!(t_of(in_plane, &unit_triangle()), None);
+    let line = Triangle([Vec3::ZERO, Vec3::X, Vec3::X * 2.0]);
+    assert_eq!(t_of(down(0.5, 0.0), &line), None);
+}
+
+#[test]
+fn the_length_of_the_direction_does_not_matter() {
+    for exponent in [-149, -140, -126, -100, -41, -40, 0, 40, 41, 100, 127] {
+        let length = (f64::from(exponent)).exp2() as f32;
+        let ray = Ray { direction: Vec3::new(0.0, 0.0, -length), ..down(0.25, 0.25) };
+        let hit = t_of(ray, &unit_triangle());
+        assert!(hit.is_some(), "2^{exponent}");
+        if exponent > -127 && exponent < 127 {
+            assert_eq!(hit, Some(1.0 / length), "2^{exponent}");
+        }
+    }
+}
+
+#[test]
+fn signed_zeros_and_origins_on_box_planes() {
+    let bounds = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+    for zero in [0.0, -0.0] {
+        for start in [0.0, 1.0] {
+            let ray =
+                Ray::new(Vec3::new(start, 0.5, -1.0), Vec3::new(zero, zero, 1.0), f32::INFINITY);
+            let prepared = PreparedRay::new(&ray, &bounds).unwrap();
+            assert!(prepared.enter(&bounds).is_some(), "{zero:?} {start}");
+        }
+    }
+}
+
+#[test]
+fn a_larger_box_is_met_whenever_a_smaller_one_is() {
+    let mut random = Random::new(0x5a70);
+    for _ in 0..200_000 {
+        let ray = random.ray();
+        let inner = Aabb::of_points([random.point(), random.point()]);
+        let outer = inner.with_point(random.point());
+        let prepared = PreparedRay::new(&ray, &bounds()).unwrap();
+        if let Some(entry) = prepared.enter(&inner) {
+            let outer_entry = prepared.enter(&outer);
+            assert!(outer_entry.is_some_and(|o| o <= entry), "{ray:?} {inner:?} {outer:?}");
+        }
+    }
+}
+
+/// The padding is wide enough that the second condition of a hit does not reject what the first
+/// accepts: no closed mesh springs a leak through it.
+#[test]
+fn boxes_do_not_reject_what_the_triangle_test_accepts() {
+    let mut random = Random::new(0x10ca1);
+    let mut accepted = 0;
+    for round in 0..400_000 {
+        let offset = if round % 2 == 0 { Vec3::ZERO } else { Vec3::new(1e5, -3e4, 7e3) };
+        let triangle = Triangle([0; 3].map(|_| random.point() + offset));
+        // Aimed at the edges, where it is close.
+        let [a, b, _] = triangle.0;
+        let origin = random.point() + offset;
+        let ray = Ray::new(origin, a.lerp(b, random.unit()) - origin, f32::INFINITY);
+        let all = Aabb { min: bounds().min + offset, max: bounds().max + offset };
+        let prepared = PreparedRay::new(&ray, &all).unwrap();
+        if let Some(t) = prepared.shear.intersect(&triangle).filter(|t| *t >= 0.0) {
+            accepted += 1;
+            assert!(prepared.confirm(&triangle, t).is_some(), "{ray:?} {triangle:?}");
+        }
+    }
+    assert!(accepted > 100_000, "{accepted}");
+}

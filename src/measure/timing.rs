@@ -1,0 +1,81 @@
+//! Rounds, medians and ratios.
+
+use serde::Serialize;
+
+/// Median with extremes, of one figure over rounds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Middle value; the mean of the middle two for an even number of rounds.
+    pub median: f64,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl Summary {
+    /// Of at least one value.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn of(values: &[f64]) -> Self {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let middle = sorted.len() / 2;
+        let median = if sorted.len().is_multiple_of(2) {
+            0.5 * (sorted[middle - 1] + sorted[middle])
+        } else {
+            sorted[middle]
+        };
+        Self { median, min: sorted[0], max: sorted[sorted.len() - 1] }
+    }
+}
+
+/// Times all contenders in turn, A B C A B C ..., after a warm-up round that does not count. The
+/// result has a row of `rounds` times for each contender, in milliseconds.
+pub fn interleaved(
+    contenders: usize,
+    rounds: usize,
+    mut run_ms: impl FnMut(usize) -> f64,
+) -> Vec<Vec<f64>> {
+    let mut times = vec![Vec::with_capacity(rounds); contenders];
+    for round in 0..=rounds {
+        for (contender, times) in times.iter_mut().enumerate() {
+            let ms = run_ms(contender);
+            if round > 0 {
+                times.push(ms);
+            }
+        }
+    }
+    times
+}
+
+/// How many times faster `other` is than `first`, round by round: the machine's drift cancels.
+pub fn ratios(first: &[f64], other: &[f64]) -> Summary {
+    let ratios: Vec<f64> = first.iter().zip(other).map(|(a, b)| a / b).collect();
+    Summary::of(&ratios)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        let summary = Summary::of(&[3.0, 1.0, 2.0]);
+        assert_eq!((summary.median, summary.min, summary.max), (2.0, 1.0, 3.0));
+        assert!((Summary::of(&[1.0, 2.0, 4.0, 9.0]).median - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rounds_are_interleaved_and_the_first_does_not_count() {
+        let mut calls = Vec::new();
+        let times = interleaved(2, 3, |contender| {
+            calls.push(contender);
+            calls.len() as f64
+        });
+        assert_eq!(calls, [0, 1, 0, 1, 0, 1, 0, 1]);
+        assert_eq!(times, [[3.0, 5.0, 7.0], [4.0, 6.0, 8.0]]);
+        assert!((ratios(&times[0], &times[1]).median - 5.0 / 6.0).abs() < 1e-12);
+    }
+}

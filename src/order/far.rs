@@ -1,0 +1,10 @@
+//! Back to front: a shadow ray starts on a surface, so the near child often holds just that.
+
+use super::OrderEntry;
+use crate::tree::Plan;
+
+pub(super) static ENTRY: OrderEntry = OrderEntry {
+    name: "far",
+    about: "back to front: the child that the ray enters last",
+    plan_bvh2: |_, _| Plan::Far,
+};

@@ -1,0 +1,10 @@
+//! Front to back: the order of closest-hit rays, and the one that others are measured against.
+
+use super::OrderEntry;
+use crate::tree::Plan;
+
+pub(super) static ENTRY: OrderEntry = OrderEntry {
+    name: "near",
+    about: "front to back: the child that the ray enters first",
+    plan_bvh2: |_, _| Plan::Near,
+};

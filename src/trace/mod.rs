@@ -1,0 +1,34 @@
+//! Traversal kernels. They know plans, not heuristics; counting is a type parameter, so that timed
+//! runs do not count.
+
+pub mod single;
+
+use crate::ray::VisitCounts;
+
+/// What a kernel tells of its visits.
+pub trait Counter {
+    /// An inner node or leaf was entered.
+    fn node(&mut self);
+    /// So many triangles were tested.
+    fn triangles(&mut self, count: usize);
+}
+
+/// Counts nothing, at no cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoCount;
+
+impl Counter for NoCount {
+    #[inline(always)]
+    fn node(&mut self) {}
+    #[inline(always)]
+    fn triangles(&mut self, _count: usize) {}
+}
+
+impl Counter for VisitCounts {
+    fn node(&mut self) {
+        self.nodes += 1;
+    }
+    fn triangles(&mut self, count: usize) {
+        self.triangles += count as u32;
+    }
+}

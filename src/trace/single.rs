@@ -1,0 +1,151 @@
+//! One ray at a time through a binary tree.
+//!
+//! Both children's boxes are tested where their parent is visited, so the nodes that a ray visits
+//! if nothing stops it are the same under every order.
+
+use super::Counter;
+use crate::intersect::PreparedRay;
+use crate::ray::{Hit, Ray};
+use crate::tree::{Bvh2, MAX_DEPTH, Node2, Plan};
+
+/// Which of two children that the ray enters at the given distances comes first.
+trait FirstChild {
+    fn is_second(entry: [f32; 2]) -> bool;
+}
+
+struct SlotOrder;
+impl FirstChild for SlotOrder {
+    #[inline(always)]
+    fn is_second(_: [f32; 2]) -> bool {
+        false
+    }
+}
+
+struct NearFirst;
+impl FirstChild for NearFirst {
+    #[inline(always)]
+    fn is_second(entry: [f32; 2]) -> bool {
+        entry[1] < entry[0]
+    }
+}
+
+struct FarFirst;
+impl FirstChild for FarFirst {
+    #[inline(always)]
+    fn is_second(entry: [f32; 2]) -> bool {
+        entry[1] > entry[0]
+    }
+}
+
+/// Whether anything is in the way of `ray`, visiting children as `plan` says.
+#[inline]
+pub fn any_hit<C: Counter>(tree: &Bvh2, plan: Plan, ray: &Ray, counter: &mut C) -> bool {
+    match plan {
+        Plan::Slots => any_hit_by::<SlotOrder, C>(tree, ray, counter),
+        Plan::Near => any_hit_by::<NearFirst, C>(tree, ray, counter),
+        Plan::Far => any_hit_by::<FarFirst, C>(tree, ray, counter),
+    }
+}
+
+fn any_hit_by<F: FirstChild, C: Counter>(tree: &Bvh2, ray: &Ray, counter: &mut C) -> bool {
+    let Some(root) = tree.root else { return false };
+    let Some(prepared) = PreparedRay::new(ray, &tree.bounds) else { return false };
+    if prepared.enter(&tree.bounds).is_none() {
+        return false;
+    }
+    let mut stack = [root; MAX_DEPTH];
+    let mut pending = 0;
+    let mut current = root;
+    loop {
+        counter.node();
+        if current.is_leaf() {
+            for triangle in &tree.triangles[current.leaf_slots()] {
+                counter.triangles(1);
+                if prepared.triangle(triangle).is_some() {
+                    return true;
+                }
+            }
+        } else {
+            let node: &Node2 = &tree.nodes[current.node_index()];
+            let entry = node.bounds.each_ref().map(|b| prepared.enter(b));
+            match entry {
+                [Some(first), Some(second)] => {
+                    let swap = usize::from(F::is_second([first, second]));
+                    stack[pending] = node.children[1 - swap];
+                    pending += 1;
+                    current = node.children[swap];
+                    continue;
+                }
+                [Some(_), None] => {
+                    current = node.children[0];
+                    continue;
+                }
+                [None, Some(_)] => {
+                    current = node.children[1];
+                    continue;
+                }
+                [None, None] => {}
+            }
+        }
+        if pending == 0 {
+            return false;
+        }
+        pending -= 1;
+        current = stack[pending];
+    }
+}
+
+/// The closest hit of `ray`, front to back; ties go to the lower triangle index.
+pub fn closest_hit(tree: &Bvh2, ray: &Ray) -> Option<Hit> {
+    let root = tree.root?;
+    let prepared = PreparedRay::new(ray, &tree.bounds)?;
+    let mut stack = [(root, 0.0f32); MAX_DEPTH];
+    let mut pending = 0;
+    let mut current = (root, prepared.enter(&tree.bounds)?);
+    let mut best: Option<(f32, u32)> = None;
+    let best_t = |best: &Option<(f32, u32)>| best.map_or(f32::INFINITY, |b| b.0);
+    loop {
+        let (child, entered) = current;
+        // Not `>=`: a triangle at the same distance may have the lower index.
+        if entered > best_t(&best) {
+            // Entered before the best hit was known.
+        } else if child.is_leaf() {
+            for slot in child.leaf_slots() {
+                if let Some(t) = prepared.triangle(&tree.triangles[slot]) {
+                    let candidate = (t, tree.triangle_ids[slot]);
+                    if best.is_none_or(|b| candidate < b) {
+                        best = Some(candidate);
+                    }
+                }
+            }
+        } else {
+            let node = &tree.nodes[child.node_index()];
+            let limit = best_t(&best);
+            let entry = node.bounds.each_ref().map(|b| prepared.enter_before(b, limit));
+            match entry {
+                [Some(first), Some(second)] => {
+                    let swap = usize::from(NearFirst::is_second([first, second]));
+                    let entry = [first, second];
+                    stack[pending] = (node.children[1 - swap], entry[1 - swap]);
+                    pending += 1;
+                    current = (node.children[swap], entry[swap]);
+                    continue;
+                }
+                [Some(entry), None] => {
+                    current = (node.children[0], entry);
+                    continue;
+                }
+                [None, Some(entry)] => {
+                    current = (node.children[1], entry);
+                    continue;
+                }
+                [None, None] => {}
+            }
+        }
+        if pending == 0 {
+            return best.map(|(t, triangle)| prepared.hit(t, triangle));
+        }
+        pending -= 1;
+        current = stack[pending];
+    }
+}

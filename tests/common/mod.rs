@@ -1,0 +1,55 @@
+//! What several test suites share.
+#![allow(dead_code, unreachable_pub, reason = "each suite uses its part")]
+
+pub mod random;
+
+use sato::backend::catalogue::BACKENDS;
+use sato::backend::{Accelerator, BackendSpec, BuildContext, build};
+use sato::geometry::{TriangleMesh, Vec3};
+use sato::ray::{Ray, RayBatch, words_for};
+use sato::scene::{Camera, Defaults, Scene};
+
+/// Every spec that the catalogue offers in this build: all values of all keys.
+pub fn all_specs() -> Vec<BackendSpec> {
+    let mut specs = Vec::new();
+    for entry in BACKENDS.iter().filter(|e| e.unavailable.is_none()) {
+        let mut texts = vec![entry.name.to_string()];
+        for (index, key) in entry.keys.iter().enumerate() {
+            let separator = if index == 0 { ':' } else { ',' };
+            let choices = (key.choices)();
+            texts = texts
+                .iter()
+                .flat_map(|t| {
+                    choices.iter().map(move |c| format!("{t}{separator}{}={}", key.name, c.name))
+                })
+                .collect();
+        }
+        // Combinations that do not exist are refused.
+        specs.extend(texts.iter().filter_map(|t| t.parse::<BackendSpec>().ok()));
+    }
+    specs
+}
+
+/// A scene around `mesh`; backends look at nothing else.
+pub fn scene_of(mesh: TriangleMesh) -> Scene {
+    Scene {
+        name: "test".into(),
+        mesh,
+        camera: Camera { eye: Vec3::Z, look_at: Vec3::ZERO, up: Vec3::Y, fov_degrees: 60.0 },
+        lights: Vec::new(),
+        defaults: Defaults { ao_radius: 1.0, size: [64, 64] },
+        warnings: Vec::new(),
+    }
+}
+
+/// Builds `spec` on `scene`, on two threads.
+pub fn built(spec: &BackendSpec, scene: &Scene) -> Box<dyn Accelerator> {
+    build(spec, &BuildContext { scene, threads: 2, seed: 1 }).expect("builds")
+}
+
+/// The answers for all rays, as one batch.
+pub fn occluded(accelerator: &dyn Accelerator, rays: &[Ray]) -> Vec<u64> {
+    let mut words = vec![0; words_for(rays.len())];
+    accelerator.occluded(&RayBatch { rays }, &mut words);
+    words
+}
