@@ -18,6 +18,7 @@ pub mod trace;
 pub mod backend;
 pub mod render;
 
+pub mod image_file;
 pub mod measure;
 pub mod report;
 

@@ -21,7 +21,7 @@ pub mod warp;
 
 pub(crate) use film::luminance;
 pub use film::{Channel, Film, Layer};
-pub use recording::{Batch, ClassAnswers, ClassRecording, Recording, record};
+pub use recording::{RecordedPass, Recording, record};
 pub use settings::{Pass, RayClass, RenderSettings};
 pub use stats::{ClassStats, RenderStats};
 pub use streaming::{RenderOptions, Rendering, render};
@@ -51,6 +51,3 @@ impl<'a> TileCount<'a> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -43,12 +43,18 @@ impl Plan {
                     classes.push(ambient(RayClass::AmbientOcclusionUnbounded));
                 }
                 Pass::Shadow => {
-                    classes.extend(scene.lights.iter().enumerate().map(|(light, data)| ClassPlan {
-                        class: RayClass::Shadow { light },
-                        name: format!("{}.{}", pass.name(), data.name),
-                        samples: if soft_shadow::is_delta(&data.shape) { 1 } else { settings.spp },
-                        strength: data.strength,
-                    }))
+                    classes.extend(scene.lights.iter().enumerate().map(|(light, data)| {
+                        ClassPlan {
+                            class: RayClass::Shadow { light },
+                            name: format!("{}.{}", pass.name(), data.name),
+                            samples: if soft_shadow::is_delta(&data.shape) {
+                                1
+                            } else {
+                                settings.spp
+                            },
+                            strength: data.strength,
+                        }
+                    }));
                 }
             }
         }
@@ -63,5 +69,11 @@ impl Plan {
 
     pub(super) fn has(&self, pass: Pass) -> bool {
         self.classes.iter().any(|class| class.class.pass() == pass)
+    }
+
+    /// Number of camera rays.
+    pub(super) fn primary_rays(&self) -> u64 {
+        let [width, height] = self.grid.size().map(u64::from);
+        width * height * u64::from(self.settings.camera_samples)
     }
 }

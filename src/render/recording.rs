@@ -2,17 +2,17 @@
 
 use super::film::{Film, FilmBuilder, PrimarySums, TileSums};
 use super::plan::Plan;
-use super::settings::{RayClass, RenderSettings};
+use super::settings::{Pass, RayClass, RenderSettings};
 use super::tile::Tile;
 use super::walk::{RayBuffer, Scratch, Walk};
 use super::{Progress, TileCount};
 use crate::Result;
 use crate::backend::Accelerator;
-use crate::ray::{Ray, RayBatch, VisitCounts, bit, words_for};
+use crate::ray::{VisitCounts, words_for};
+use crate::ray_set::RaySet;
 use crate::scene::Scene;
 use rayon::prelude::*;
-use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Tiles that are walked before their rays are appended: bounds what is held twice.
 const TILES_AT_ONCE: usize = 1024;
@@ -23,61 +23,33 @@ pub struct Recording {
     plan: Plan,
     primary: Vec<PrimarySums>,
     primary_time: Duration,
-    classes: Vec<ClassRecording>,
+    passes: Vec<RecordedPass>,
 }
 
-/// The rays of one class, batch after batch.
+/// The rays of one pass, for shadows those to all lights.
 #[derive(Debug)]
-pub struct ClassRecording {
-    class: RayClass,
-    name: String,
-    rays: Vec<Ray>,
+pub struct RecordedPass {
+    pass: Pass,
+    set: RaySet,
+    /// For each ray its pixel's slot in the tile.
     slots: Vec<u8>,
+    /// For each ray its weight; empty where all are 1.
     weights: Vec<f32>,
-    batches: Vec<Batch>,
+    batches: Vec<BatchSource>,
     skipped: u64,
 }
 
-/// Rays of one tile that are answered in one call.
-///
-/// Answers of a class are a bit set in which every batch starts a word of its own: threads answer
-/// batches side by side without sharing one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Batch {
-    /// The tile's pixels.
-    pub tile: Tile,
-    tile_index: u32,
-    /// Index of the first ray in the class.
-    pub first_ray: usize,
-    /// Number of rays, at least 1.
-    pub rays: usize,
-    /// Index of the first word of answers.
-    pub first_word: usize,
-}
-
-impl Batch {
-    /// Its rays.
-    pub fn ray_range(&self) -> Range<usize> {
-        self.first_ray..self.first_ray + self.rays
-    }
-
-    /// Its words of answers.
-    pub fn word_range(&self) -> Range<usize> {
-        self.first_word..self.first_word + words_for(self.rays)
-    }
-}
-
-/// What a backend said about the rays of a class.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ClassAnswers {
-    /// One bit a ray: see [`Batch`].
-    pub occluded: Vec<u64>,
-    /// What each ray visited; empty if it was not counted.
-    pub counts: Vec<VisitCounts>,
+/// Where a batch comes from.
+#[derive(Clone, Copy, Debug)]
+struct BatchSource {
+    tile: u32,
+    /// Index of the class in the plan.
+    class: usize,
+    first_ray: usize,
 }
 
 /// Records the shadow rays of `scene`, on the threads of the current rayon pool. `accelerator`
-/// answers camera rays only. Takes about 40 bytes a ray.
+/// answers camera rays only. Takes 33 to 37 bytes a ray.
 ///
 /// # Errors
 /// As [`render`](super::render).
@@ -90,7 +62,13 @@ pub fn record(
     let plan = Plan::new(scene, settings)?;
     let walk = Walk { scene, accelerator, plan: &plan, skip: true };
     let done = TileCount::new(plan.grid.len(), progress);
-    let mut classes: Vec<_> = plan.classes.iter().map(ClassRecording::new).collect();
+    let mut passes: Vec<_> =
+        Pass::ALL.into_iter().filter(|&pass| plan.has(pass)).map(RecordedPass::new).collect();
+    let pass_of: Vec<usize> = plan
+        .classes
+        .iter()
+        .map(|class| passes.iter().take_while(|p| p.pass != class.class.pass()).count())
+        .collect();
     let mut primary = Vec::with_capacity(plan.grid.len());
     let mut primary_time = Duration::ZERO;
     let tiles: Vec<usize> = (0..plan.grid.len()).collect();
@@ -104,21 +82,21 @@ pub fn record(
                     batches.push((class, buffer.clone()));
                 });
                 done.add_one();
-                (tile, walked, batches)
+                (tile as u32, walked, batches)
             })
             .collect();
         for (tile, walked, batches) in walked {
             for (class, buffer) in batches {
-                classes[class].append(plan.grid.tile(tile), tile as u32, &buffer);
+                passes[pass_of[class]].append(tile, class, &buffer);
             }
-            for (class, skipped) in classes.iter_mut().zip(walked.skipped) {
-                class.skipped += skipped;
+            for (class, skipped) in walked.skipped.into_iter().enumerate() {
+                passes[pass_of[class]].skipped += skipped;
             }
             primary_time += walked.primary_time;
             primary.push(walked.primary);
         }
     }
-    Ok(Recording { plan, primary, primary_time, classes })
+    Ok(Recording { plan, primary, primary_time, passes })
 }
 
 impl Recording {
@@ -127,16 +105,19 @@ impl Recording {
         &self.plan.settings
     }
 
-    /// The classes, in the order of their layers.
-    pub fn classes(&self) -> &[ClassRecording] {
-        &self.classes
+    /// The passes that have a ray class, in the order of [`Pass::ALL`].
+    pub fn passes(&self) -> &[RecordedPass] {
+        &self.passes
     }
 
-    /// Camera rays, and how many of them see a surface.
-    pub fn primary_rays(&self) -> [u64; 2] {
-        let [width, height] = self.plan.grid.size().map(u64::from);
-        let hits = self.primary.iter().flat_map(|p| p.hits).map(u64::from).sum();
-        [width * height * u64::from(self.plan.settings.camera_samples), hits]
+    /// Number of camera rays.
+    pub fn primary_rays(&self) -> u64 {
+        self.plan.primary_rays()
+    }
+
+    /// Camera rays that see a surface.
+    pub fn primary_hits(&self) -> u64 {
+        self.primary.iter().flat_map(|p| p.hits).map(u64::from).sum()
     }
 
     /// Time in camera rays, in milliseconds, summed over threads.
@@ -144,65 +125,87 @@ impl Recording {
         self.primary_time.as_secs_f64() * 1e3
     }
 
-    /// Asks `accelerator` about all rays, counting visits if asked to and if it can.
-    pub fn trace(&self, accelerator: &dyn Accelerator, count_visits: bool) -> Vec<ClassAnswers> {
-        let classes = self.classes.iter();
-        classes
-            .map(|class| {
-                let mut answers =
-                    ClassAnswers { occluded: vec![0; class.words()], counts: Vec::new() };
-                let counted = count_visits && {
-                    answers.counts = vec![VisitCounts::default(); class.rays.len()];
-                    class.trace_counted(accelerator, &mut answers.occluded, &mut answers.counts)
-                };
-                if !counted {
-                    answers.counts = Vec::new();
-                    class.trace(accelerator, &mut answers.occluded);
-                }
-                answers
-            })
-            .collect()
-    }
-
-    /// The film of a backend's answers, one element a class. Equal bits to what
-    /// [`render`](super::render) makes with that backend.
+    /// The film of a backend's answers to each pass, with the `nodes` layer if visits are given.
+    /// Equal bits to what [`render`](super::render) makes with that backend.
     ///
     /// # Panics
-    /// If the answers are not of this recording's shape.
-    pub fn film(&self, answers: &[ClassAnswers]) -> Film {
-        assert_eq!(answers.len(), self.classes.len(), "one answer set a class");
-        let counted = answers.iter().zip(&self.classes).all(|(a, c)| a.counts.len() == c.len());
-        let mut film = FilmBuilder::new(&self.plan, counted);
-        let mut next_batch = vec![0; self.classes.len()];
+    /// If answers or counts are not of this recording's shape.
+    pub fn film(&self, answers: &[Vec<u64>], counts: Option<&[Vec<VisitCounts>]>) -> Film {
+        assert_eq!(answers.len(), self.passes.len(), "answers of another recording");
+        let mut film = FilmBuilder::new(&self.plan, counts.is_some());
+        let mut batches: Vec<_> = self
+            .passes
+            .iter()
+            .enumerate()
+            .map(|(index, pass)| {
+                let counts = counts.map(|counts| counts[index].as_slice());
+                pass.answered(&answers[index], counts).peekable()
+            })
+            .collect();
         for (tile, primary) in self.primary.iter().enumerate() {
             let mut sums = TileSums::new(&self.plan);
-            for (index, (class, answers)) in self.classes.iter().zip(answers).enumerate() {
-                let next = &mut next_batch[index];
-                while let Some(batch) = class.batches.get(*next)
-                    && batch.tile_index as usize == tile
-                {
-                    let rays = batch.ray_range();
-                    let slots = &class.slots[rays.clone()];
-                    let weights = class.weights.get(rays.clone()).unwrap_or_default();
-                    sums.add(index, slots, weights, &answers.occluded[batch.word_range()]);
-                    if counted {
-                        sums.add_visits(slots, &answers.counts[rays]);
-                    }
-                    *next += 1;
+            for batches in &mut batches {
+                while let Some(batch) = batches.next_if(|batch| batch.source.tile == tile as u32) {
+                    sums.add(batch.source.class, batch.slots, batch.weights, batch.occluded);
+                    sums.add_visits(batch.slots, batch.counts);
                 }
             }
             film.set_tile(self.plan.grid.tile(tile), primary, &sums);
         }
         film.finish()
     }
+
+    /// Column and row of the pixel that a ray of a pass is for.
+    ///
+    /// # Panics
+    /// If there is no such pass or ray.
+    pub fn pixel(&self, pass: usize, ray: usize) -> [u32; 2] {
+        let pass = &self.passes[pass];
+        self.tile(pass.source(ray)).pixel(usize::from(pass.slots[ray]))
+    }
+
+    /// The class of a ray of a pass: which light it goes to.
+    ///
+    /// # Panics
+    /// If there is no such pass or ray.
+    pub fn class(&self, pass: usize, ray: usize) -> RayClass {
+        self.plan.classes[self.passes[pass].source(ray).class].class
+    }
+
+    /// For each pixel of the image how many of the given rays of a pass are for it.
+    ///
+    /// # Panics
+    /// If there is no such pass or ray.
+    pub fn rays_per_pixel(&self, pass: usize, rays: &[usize]) -> Vec<u32> {
+        let [width, height] = self.plan.grid.size().map(|n| n as usize);
+        let mut pixels = vec![0; width * height];
+        for &ray in rays {
+            let [x, y] = self.pixel(pass, ray);
+            pixels[y as usize * width + x as usize] += 1;
+        }
+        pixels
+    }
+
+    fn tile(&self, source: &BatchSource) -> Tile {
+        self.plan.grid.tile(source.tile as usize)
+    }
 }
 
-impl ClassRecording {
-    fn new(plan: &super::plan::ClassPlan) -> Self {
+/// A batch with all that is known of it.
+struct AnsweredBatch<'a> {
+    source: BatchSource,
+    slots: &'a [u8],
+    weights: &'a [f32],
+    occluded: &'a [u64],
+    /// Empty where visits were not counted.
+    counts: &'a [VisitCounts],
+}
+
+impl RecordedPass {
+    fn new(pass: Pass) -> Self {
         Self {
-            class: plan.class,
-            name: plan.name.clone(),
-            rays: Vec::new(),
+            pass,
+            set: RaySet::default(),
             slots: Vec::new(),
             weights: Vec::new(),
             batches: Vec::new(),
@@ -210,43 +213,21 @@ impl ClassRecording {
         }
     }
 
-    fn append(&mut self, tile: Tile, tile_index: u32, buffer: &RayBuffer) {
-        let (first_ray, first_word) = (self.rays.len(), self.words());
-        let rays = buffer.rays.len();
-        self.batches.push(Batch { tile, tile_index, first_ray, rays, first_word });
-        self.rays.extend_from_slice(&buffer.rays);
+    fn append(&mut self, tile: u32, class: usize, buffer: &RayBuffer) {
+        self.batches.push(BatchSource { tile, class, first_ray: self.set.len() });
+        self.set.push_batch(&buffer.rays);
         self.slots.extend_from_slice(&buffer.slots);
         self.weights.extend_from_slice(&buffer.weights);
     }
 
-    /// Which rays these are.
-    pub fn class(&self) -> RayClass {
-        self.class
+    /// Which pass it is.
+    pub fn pass(&self) -> Pass {
+        self.pass
     }
 
-    /// `ao`, `ao-unbounded` or `shadow.<light>`: also the name of their layer.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Number of rays.
-    pub fn len(&self) -> usize {
-        self.rays.len()
-    }
-
-    /// Whether there is no ray.
-    pub fn is_empty(&self) -> bool {
-        self.rays.is_empty()
-    }
-
-    /// All rays, batch after batch.
-    pub fn rays(&self) -> &[Ray] {
-        &self.rays
-    }
-
-    /// The batches, by tile.
-    pub fn batches(&self) -> &[Batch] {
-        &self.batches
+    /// The rays, in batches of one tile and light, and what their answers look like.
+    pub fn rays(&self) -> &RaySet {
+        &self.set
     }
 
     /// Rays that were left out, because whatever they met the picture would be the same.
@@ -254,124 +235,38 @@ impl ClassRecording {
         self.skipped
     }
 
-    /// Words that hold the answers: see [`Batch`].
-    pub fn words(&self) -> usize {
-        self.batches.last().map_or(0, |batch| batch.word_range().end)
-    }
-
-    /// What ray `ray` brings if nothing stops it, in units of the light's strength; 1 for ambient
+    /// What a ray brings if nothing stops it, in units of the light's strength; 1 for ambient
     /// occlusion.
-    pub fn weight(&self, ray: usize) -> f32 {
-        if self.weights.is_empty() { 1.0 } else { self.weights[ray] }
-    }
-
-    /// The batch of ray `ray`.
     ///
     /// # Panics
     /// If there is no such ray.
-    pub fn batch_of(&self, ray: usize) -> &Batch {
-        assert!(ray < self.len(), "ray {ray} of {}", self.len());
+    pub fn weight(&self, ray: usize) -> f32 {
+        if self.pass == Pass::Shadow { self.weights[ray] } else { 1.0 }
+    }
+
+    fn source(&self, ray: usize) -> &BatchSource {
+        assert!(ray < self.set.len(), "ray {ray} of {}", self.set.len());
         &self.batches[self.batches.partition_point(|batch| batch.first_ray <= ray) - 1]
     }
 
-    /// Column and row of the pixel that ray `ray` is for.
-    ///
-    /// # Panics
-    /// If there is no such ray.
-    pub fn pixel(&self, ray: usize) -> [u32; 2] {
-        self.batch_of(ray).tile.pixel(usize::from(self.slots[ray]))
-    }
-
-    /// The answer of ray `ray` in this class's words.
-    ///
-    /// # Panics
-    /// If there is no such ray.
-    pub fn answer(&self, occluded: &[u64], ray: usize) -> bool {
-        let batch = self.batch_of(ray);
-        bit(&occluded[batch.word_range()], ray - batch.first_ray)
-    }
-
-    /// How many rays are occluded.
-    pub fn occluded_count(&self, occluded: &[u64]) -> u64 {
-        occluded.iter().map(|word| u64::from(word.count_ones())).sum()
-    }
-
-    /// The rays whose answers differ, in order.
-    pub fn differing(&self, a: &[u64], b: &[u64]) -> Vec<usize> {
-        let mut rays = Vec::new();
-        for batch in &self.batches {
-            let words = batch.word_range();
-            if a[words.clone()] != b[words.clone()] {
-                let (a, b) = (&a[words.clone()], &b[words]);
-                let differs = |&i: &usize| bit(a, i) != bit(b, i);
-                rays.extend((0..batch.rays).filter(differs).map(|i| batch.first_ray + i));
+    fn answered<'a>(
+        &'a self,
+        answers: &'a [u64],
+        counts: Option<&'a [VisitCounts]>,
+    ) -> impl Iterator<Item = AnsweredBatch<'a>> {
+        assert_eq!(answers.len(), self.set.word_count(), "answers of another recording");
+        let mut first_word = 0;
+        self.batches.iter().zip(self.set.batches()).map(move |(&source, batch)| {
+            let rays = source.first_ray..source.first_ray + batch.rays.len();
+            let words = first_word..first_word + words_for(rays.len());
+            first_word = words.end;
+            AnsweredBatch {
+                source,
+                slots: &self.slots[rays.clone()],
+                weights: if self.weights.is_empty() { &[] } else { &self.weights[rays.clone()] },
+                occluded: &answers[words],
+                counts: counts.map_or(&[], |counts| &counts[rays]),
             }
-        }
-        rays
-    }
-
-    /// Asks `accelerator` about all rays, on the threads of the current rayon pool; returns the
-    /// wall-clock time. Allocates nothing: what is timed is the backend.
-    ///
-    /// # Panics
-    /// If `occluded` does not hold [`words`](Self::words) words.
-    pub fn trace(&self, accelerator: &dyn Accelerator, occluded: &mut [u64]) -> Duration {
-        assert_eq!(occluded.len(), self.words(), "words of answers");
-        let start = Instant::now();
-        if !self.batches.is_empty() {
-            answer_batches(accelerator, &self.batches, &self.rays, occluded);
-        }
-        start.elapsed()
-    }
-
-    /// As [`trace`](Self::trace), setting what each ray visited; not for timing. Returns `false`,
-    /// having done nothing, if the backend cannot count.
-    ///
-    /// # Panics
-    /// If `occluded` or `counts` do not fit the rays.
-    pub fn trace_counted(
-        &self,
-        accelerator: &dyn Accelerator,
-        occluded: &mut [u64],
-        counts: &mut [VisitCounts],
-    ) -> bool {
-        assert_eq!(occluded.len(), self.words(), "words of answers");
-        assert_eq!(counts.len(), self.len(), "one count a ray");
-        if !super::streaming::can_count(accelerator) {
-            return false;
-        }
-        occluded.fill(0);
-        counts.fill(VisitCounts::default());
-        let (mut rest, mut rest_counts, mut parts) = (occluded, counts, Vec::new());
-        for batch in &self.batches {
-            let (words, counts);
-            (words, rest) = rest.split_at_mut(words_for(batch.rays));
-            (counts, rest_counts) = rest_counts.split_at_mut(batch.rays);
-            parts.push((batch, words, counts));
-        }
-        parts.into_par_iter().all(|(batch, words, counts)| {
-            let rays = &self.rays[batch.ray_range()];
-            accelerator.occluded_counted(&RayBatch { rays }, words, counts)
         })
     }
-}
-
-/// Answers at least one batch, dividing them among threads.
-fn answer_batches(
-    accelerator: &dyn Accelerator,
-    batches: &[Batch],
-    rays: &[Ray],
-    occluded: &mut [u64],
-) {
-    if let [batch] = batches {
-        occluded.fill(0);
-        accelerator.occluded(&RayBatch { rays: &rays[batch.ray_range()] }, occluded);
-        return;
-    }
-    let (left, right) = batches.split_at(batches.len() / 2);
-    let (left_words, right_words) = occluded.split_at_mut(right[0].first_word - left[0].first_word);
-    rayon::join(
-        || answer_batches(accelerator, left, rays, left_words),
-        || answer_batches(accelerator, right, rays, right_words),
-    );
 }

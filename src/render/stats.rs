@@ -80,7 +80,6 @@ impl Tally {
 
     pub(super) fn stats(&self, plan: &Plan, total: Duration, counted: bool) -> RenderStats {
         let ms = |time: Duration| time.as_secs_f64() * 1e3;
-        let [width, height] = plan.grid.size().map(u64::from);
         let class_stats = |tally: &ClassTally, name: &String| {
             let per_ray = |n: u64| if tally.rays == 0 { 0.0 } else { n as f64 / tally.rays as f64 };
             ClassStats {
@@ -95,7 +94,7 @@ impl Tally {
         };
         let classes = self.classes.iter().zip(&plan.classes);
         RenderStats {
-            primary_rays: width * height * u64::from(plan.settings.camera_samples),
+            primary_rays: plan.primary_rays(),
             primary_hits: self.primary_hits,
             threads: rayon::current_num_threads(),
             total_ms: ms(total),

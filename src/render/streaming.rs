@@ -93,7 +93,7 @@ pub fn render(
 }
 
 /// Whether the backend counts visits: it says so for no rays, too.
-pub(super) fn can_count(accelerator: &dyn Accelerator) -> bool {
+fn can_count(accelerator: &dyn Accelerator) -> bool {
     accelerator.occluded_counted(&RayBatch { rays: &[] }, &mut [], &mut [])
 }
 
