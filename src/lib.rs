@@ -16,7 +16,9 @@ pub mod order;
 pub mod trace;
 
 pub mod backend;
+pub mod render;
 
+pub mod image_file;
 pub mod measure;
 pub mod report;
 
