@@ -16,11 +16,14 @@ pub mod order;
 pub mod trace;
 
 pub mod backend;
+
+pub mod measure;
 pub mod render;
 
 pub mod image_file;
-pub mod measure;
 pub mod report;
+
+pub mod cli;
 
 // Unit tests and the suites in `tests` share their random geometry.
 #[cfg(test)]

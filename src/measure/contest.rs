@@ -16,8 +16,10 @@ pub struct Performance {
     pub ratio_to_first: Summary,
     /// Rays that it calls occluded.
     pub occluded: usize,
-    /// What its rays visit, if it can count.
+    /// What its rays visit on average, if it was asked to count and can.
     pub visits: Option<Visits>,
+    /// What each of its rays visits, likewise.
+    pub counts: Option<Vec<VisitCounts>>,
 }
 
 /// Means over rays of one class.
@@ -70,7 +72,8 @@ pub fn contest(
                 trace_ms: Summary::of(ms),
                 ratio_to_first: ratios(&times[0], ms),
                 occluded: occluded_count(&answers),
-                visits: counts.map(|counts| visits(set, &answers, &counts)),
+                visits: counts.as_ref().map(|counts| visits(set, &answers, counts)),
+                counts,
                 answers,
             }
         })

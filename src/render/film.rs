@@ -65,6 +65,19 @@ impl Film {
         &self.layers
     }
 
+    /// The film with one more layer of one channel, `Y`.
+    ///
+    /// # Panics
+    /// If there is not one value for each pixel.
+    #[must_use]
+    pub fn with_layer(mut self, name: &str, values: Vec<f32>) -> Self {
+        let pixels = self.size.map(|n| n as usize);
+        assert_eq!(values.len(), pixels[0] * pixels[1], "one value for each pixel");
+        let channels = vec![Channel { name: "Y", values }];
+        self.layers.push(Layer { name: name.to_string(), channels });
+        self
+    }
+
     /// The values of a channel, such as `("ao", "Y")`.
     pub fn channel(&self, layer: &str, channel: &str) -> Option<&[f32]> {
         let layer = self.layers.iter().find(|l| l.name == layer)?;

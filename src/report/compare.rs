@@ -1,9 +1,10 @@
 //! What `sato compare` and `sato rays replay` find out.
 
 use super::Provenance;
-use crate::backend::BuildStats;
+use crate::backend::{Accelerator, BackendSpec, BuildStats};
 use crate::measure::{Outcome, Summary};
 use crate::ray_set::RaySet;
+use crate::scene::Scene;
 use serde::Serialize;
 
 /// The whole comparison.
@@ -119,6 +120,31 @@ pub struct AgreementReport {
     pub differing_rays: u64,
     /// The same, among a million rays.
     pub differing_per_million: f64,
+}
+
+impl SceneReport {
+    /// The figures of `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        Self {
+            name: scene.name.clone(),
+            triangles: scene.mesh.len(),
+            vertices: scene.mesh.vertices().len(),
+            mesh_memory_bytes: scene.mesh.memory_bytes(),
+            warnings: scene.warnings.clone(),
+        }
+    }
+}
+
+impl BackendReport {
+    /// One for each contender.
+    pub fn all(specs: &[BackendSpec], contenders: &[&dyn Accelerator]) -> Vec<Self> {
+        let one = |(spec, contender): (&BackendSpec, &&dyn Accelerator)| Self {
+            spec: spec.to_string(),
+            full_spec: spec.full(),
+            build: contender.build_stats().clone(),
+        };
+        specs.iter().zip(contenders).map(one).collect()
+    }
 }
 
 impl ClassReport {

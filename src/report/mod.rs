@@ -8,7 +8,7 @@ pub use compare::{
     AgreementReport, BackendReport, ClassReport, ClassResult, CompareReport, PrimaryReport,
     SceneReport,
 };
-pub use table::{compare_text, replay_text};
+pub use table::compare_text;
 
 use crate::output::write_atomically;
 use crate::{Error, Result};

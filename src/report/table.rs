@@ -68,11 +68,6 @@ pub fn compare_text(report: &CompareReport) -> String {
     text
 }
 
-/// A block for each class of replayed rays.
-pub fn replay_text(classes: &[ClassReport]) -> String {
-    classes.iter().map(|class| class_text(class) + "\n").collect()
-}
-
 fn class_text(class: &ClassReport) -> String {
     let mut text = format!(
         "{}: {} rays, {:.1} % occluded",

@@ -145,7 +145,7 @@ mod tests {
         let bounds = mesh.bounds();
         let scene = Scene {
             name: "x".into(),
-            mesh,
+            mesh: mesh.into(),
             camera: super::super::suggest::camera(&bounds),
             lights: vec![super::super::suggest::light(&bounds)],
             defaults: Defaults { ao_radius: 1.0, size: [4, 2] },
