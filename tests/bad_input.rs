@@ -1,6 +1,5 @@
 //! Input that cannot be used: one clear line with file, line and key each time, and never a panic.
 
-use proptest::prelude::*;
 use sato::scene::load;
 use std::fs;
 use std::path::PathBuf;
@@ -319,7 +318,7 @@ fn bad_compressed_files_are_refused() {
     assert!(load(folder.write("bare.zst", &bytes)).is_ok());
     for length in 0..bytes.len() {
         let message = folder.refusal("cut.obj.zst", &bytes[..length]);
-        assert_says(&message, &["cut.obj.zst", "cannot be decompressed"], "a truncated file");
+        assert_says(&message, &["cut.obj.zst", "damaged or truncated"], "a truncated file");
     }
     let text = folder.refusal("text.obj.zst", TRIANGLE);
     assert_says(&text, &["text.obj.zst", "not Zstandard data"], "text");
@@ -350,88 +349,4 @@ fn odd_scene_files_are_accepted() {
     let names: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
     assert_eq!(names, ["light1", "lamp"]);
     assert_eq!(scene.lights[1].strength.to_array(), [1.0, 2.0, 3.0]);
-}
-
-/// Loads `content`, whatever comes of it, and holds the result to what every scene promises.
-fn check_promises(folder: &Folder, name: &str, content: &[u8]) {
-    match load(folder.write(name, content)) {
-        Ok(scene) => {
-            assert_eq!(scene.check(), Ok(()));
-            assert!(!scene.mesh.is_empty());
-            let finite = |i| scene.mesh.triangle(i).0.iter().all(|v| v.is_finite());
-            assert!((0..scene.mesh.len()).all(finite));
-        }
-        Err(error) => {
-            let message = error.to_string();
-            assert!(!message.chars().any(char::is_control), "{message:?}");
-        }
-    }
-}
-
-/// Something like an OBJ file.
-fn obj_like() -> impl Strategy<Value = String> {
-    let word = prop_oneof![
-        "-?[0-9]{1,3}",
-        "[0-9]{1,20}(/-?[0-9]{0,20}){0,3}",
-        "-?[0-9]{0,2}\\.[0-9]{0,3}(e-?[0-9]{1,3})?",
-        "nan|inf|-inf|#|\\\\|//|v|f|1|2|3",
-    ];
-    let line = ("v|f|f|l|vt|g|#|", proptest::collection::vec(word, 0..8), "\n|\r\n|\r|\\\\\n");
-    proptest::collection::vec(line, 0..20).prop_map(|lines| {
-        let text = |(key, words, end): (String, Vec<String>, String)| {
-            format!("{key} {}{end}", words.join(" "))
-        };
-        TRIANGLE.to_owned() + &lines.into_iter().map(text).collect::<String>()
-    })
-}
-
-/// `text` with some bytes changed, and cut.
-fn mutated(text: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
-    let length = text.len();
-    let changes = proptest::collection::vec((0..length, any::<u8>()), 0..4);
-    (changes, 0..=length, any::<bool>()).prop_map(move |(changes, cut, whole)| {
-        let mut text = text.clone();
-        changes.into_iter().for_each(|(at, byte)| text[at] = byte);
-        text.truncate(if whole { length } else { cut });
-        text
-    })
-}
-
-fn compressed_triangle() -> Vec<u8> {
-    let folder = Folder::new();
-    let scene = load(folder.0.path().join("t.obj")).unwrap();
-    let path = folder.0.path().join("t.obj.zst");
-    sato::scene::export(&scene, &path).unwrap();
-    fs::read(path).unwrap()
-}
-
-fn whole_scene() -> Vec<u8> {
-    format!("{GEOMETRY}scale = 2\n{CAMERA}[[light]]\ntype = 'point'\nposition = [0, 3, 0]\n").into()
-}
-
-proptest! {
-    #[test]
-    fn no_bytes_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-        let folder = Folder::new();
-        for name in ["x.obj", "x.toml", "x.obj.zst"] {
-            check_promises(&folder, name, &bytes);
-        }
-    }
-
-    #[test]
-    fn nothing_like_an_obj_panics(text in obj_like()) {
-        check_promises(&Folder::new(), "x.obj", text.as_bytes());
-    }
-
-    #[test]
-    fn no_altered_file_panics(
-        obj in mutated(TRIANGLE.into()),
-        scene in mutated(whole_scene()),
-        compressed in mutated(compressed_triangle()),
-    ) {
-        let folder = Folder::new();
-        check_promises(&folder, "x.obj", &obj);
-        check_promises(&folder, "x.toml", &scene);
-        check_promises(&folder, "x.obj.zst", &compressed);
-    }
 }

@@ -1,6 +1,7 @@
 //! The scene files of this repository, and the real meshes behind them where they are at hand.
 
 use sato::geometry::Aabb;
+use sato::scene::generate::GENERATORS;
 use sato::scene::{Scene, SceneInfo, export, load};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -98,4 +99,28 @@ fn exported_meshes_read_back_bit_for_bit() {
     }
     let refused = export(&load(&odd).unwrap(), folder.path().join("x.ply")).unwrap_err();
     assert_eq!(refused.exit_status(), 2);
+}
+
+#[test]
+fn a_generators_view_and_lights_move_with_its_triangles() {
+    let folder = tempfile::tempdir().unwrap();
+    // The smallest will do: what is at stake is the same for all.
+    let made = GENERATORS.iter().map(|entry| load(entry.name).unwrap());
+    let Some(plain) = made.min_by_key(|scene| scene.mesh.len()) else { return };
+    let path = folder.path().join("moved.toml");
+    let entry = format!("[[geometry]]\ngenerator = '{}'\n", plain.name);
+    std::fs::write(&path, &entry).unwrap();
+    let same = load(&path).unwrap();
+    assert_eq!(same.mesh.vertices(), plain.mesh.vertices());
+    assert_eq!((same.camera, &same.lights), (plain.camera, &plain.lights));
+    assert_eq!(same.defaults, plain.defaults);
+
+    std::fs::write(&path, entry + "scale = 2\ntranslate = [10, 0, 0]\n").unwrap();
+    let moved = load(&path).unwrap();
+    let near = |a: sato::geometry::Vec3, b: sato::geometry::Vec3| a.distance(b) < 1e-3;
+    let there = |p| p * 2.0 + sato::geometry::Vec3::X * 10.0;
+    assert!(near(moved.mesh.bounds().max, there(plain.mesh.bounds().max)));
+    assert!(near(moved.camera.eye, there(plain.camera.eye)));
+    assert_eq!(moved.lights.len(), plain.lights.len());
+    assert!((moved.defaults.ao_radius / plain.defaults.ao_radius - 2.0).abs() < 1e-5);
 }
