@@ -61,7 +61,7 @@ pub(super) fn read(path: &Path, compressed: bool) -> Result<Vec<u8>> {
     let bytes = fs::read(path).map_err(Error::io(path))?;
     if compressed {
         zstd::decompress(&bytes)
-            .map_err(|e| Error::input(path, format!("cannot be decompressed: {}", one_line(&e))))
+            .map_err(|e| Error::input(path, format!("damaged or truncated: {}", one_line(&e))))
     } else {
         Ok(bytes)
     }

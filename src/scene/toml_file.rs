@@ -63,19 +63,24 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Scene> {
     })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let entry: SceneEntry = toml::from_str(text).map_err(|e| toml_error(path, text, &e))?;
-    SceneFile { path, text, folders: mesh_folders(path, &entry), entry }.scene()
+    let folders = mesh_folders(path, &entry.mesh_folders, named_folder());
+    SceneFile { path, text, folders, entry }.scene()
 }
 
 /// Where relative mesh files may be.
-fn mesh_folders(path: &Path, entry: &SceneEntry) -> Vec<PathBuf> {
+fn mesh_folders(path: &Path, listed: &[String], named: Option<PathBuf>) -> Vec<PathBuf> {
     let own = path.parent().unwrap_or(Path::new(""));
-    let named = env::var_os(SATO_SCENES).filter(|folder| !folder.is_empty()).map(PathBuf::from);
-    let listed = entry.mesh_folders.iter().map(|folder| own.join(folder));
+    let listed = listed.iter().map(|folder| own.join(folder));
     named.into_iter().chain([own.to_path_buf()]).chain(listed).collect()
 }
 
 /// The environment variable that names a folder of meshes.
 const SATO_SCENES: &str = "SATO_SCENES";
+
+/// The folder that it names, if any.
+fn named_folder() -> Option<PathBuf> {
+    env::var_os(SATO_SCENES).filter(|folder| !folder.is_empty()).map(PathBuf::from)
+}
 
 fn toml_error(path: &Path, text: &str, error: &toml::de::Error) -> Error {
     let message = one_line(error.message());
@@ -197,7 +202,7 @@ impl SceneFile<'_> {
             let shown = |f: &PathBuf| if f.as_os_str().is_empty() { ".".into() } else { f.clone() };
             self.folders.iter().map(shown).collect()
         };
-        let mut hint = match env::var_os(SATO_SCENES).filter(|folder| !folder.is_empty()) {
+        let mut hint = match named_folder() {
             Some(_) => format!("{SATO_SCENES} names the first of them"),
             None => format!("{SATO_SCENES} may name another folder"),
         };
@@ -296,5 +301,21 @@ impl Suggested {
             lights: vec![suggest::light(bounds)],
             ao_radius: suggest::ao_radius(bounds),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_named_folder_comes_first_and_the_listed_ones_last() {
+        let listed = ["meshes".to_owned(), "/far".to_owned()];
+        let folders = |path, named: Option<&str>| {
+            mesh_folders(Path::new(path), &listed, named.map(PathBuf::from))
+        };
+        let expected = ["/named", "a", "a/meshes", "/far"].map(PathBuf::from);
+        assert_eq!(folders("a/b.toml", Some("/named")), expected);
+        assert_eq!(folders("b.toml", None), ["", "meshes", "/far"].map(PathBuf::from));
     }
 }
