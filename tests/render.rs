@@ -235,8 +235,8 @@ fn layers_say_what_is_documented() {
     let alpha = get("", "A");
     assert!(alpha.contains(&0.0) && alpha.contains(&1.0));
     assert!(alpha.iter().any(|a| *a > 0.0 && *a < 1.0), "edges are partly covered");
-    for pixel in 0..alpha.len() {
-        let background = alpha[pixel] == 0.0;
+    for (pixel, &alpha) in alpha.iter().enumerate() {
+        let background = alpha == 0.0;
         assert_eq!(get("depth", "Z")[pixel].is_infinite(), background);
         let normal = Vec3::from(["X", "Y", "Z"].map(|c| get("normal", c)[pixel]));
         assert!(normal.length() < 1.0 + 1e-6);

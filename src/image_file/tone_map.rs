@@ -7,7 +7,7 @@ use glam::Vec3;
 /// What shows where there is no surface, as linear grey.
 const BACKGROUND: f32 = 0.06;
 /// Middle grey: where the average of the logarithms goes.
-const KEY: f64 = 0.25;
+const KEY: f64 = 0.18;
 
 /// The film's picture for the eye as 8-bit sRGB: exposed by the average logarithm of its luminance,
 /// compressed so that all but the brightest hundredth keeps detail, over dark grey where it is
@@ -33,7 +33,7 @@ pub fn tone_map(film: &Film) -> RgbImage {
         true => 1.0,
         false => *seen.select_nth_unstable_by(rank, f64::total_cmp).1 * exposure,
     };
-    let white_squared = white.max(1.0).powi(2);
+    let white_squared = white.max(f64::from(f32::MIN_POSITIVE)).powi(2);
     let pixels = (0..alpha.len()).map(|i| {
         let colour = colour(i) * exposure as f32;
         let light = luminance(colour);
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn srgb_codes() {
-        let codes = [0.0, 0.002, 0.214_041, 1.0, 7.0, -1.0, f32::NAN].map(to_srgb);
+        let codes = [0.0, 0.002, 0.215_861, 1.0, 7.0, -1.0, f32::NAN].map(to_srgb);
         assert_eq!(codes, [0, 7, 128, 255, 255, 0, 0]);
     }
 }

@@ -185,7 +185,8 @@ mod tests {
     #[test]
     fn settings_without_an_image_are_refused() {
         good().check().unwrap();
-        let cases: [(&str, fn(&mut RenderSettings)); 9] = [
+        type Spoil = fn(&mut RenderSettings);
+        let cases: [(&str, Spoil); 9] = [
             ("0 x 480 has no pixels", |s| s.size[0] = 0),
             ("640 x 0 has no pixels", |s| s.size[1] = 0),
             ("too large", |s| s.size = [u32::MAX; 2]),

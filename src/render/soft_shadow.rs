@@ -192,7 +192,7 @@ impl LightView {
             }
             Kind::Point { position } => {
                 let to_light = position - self.origin;
-                let offset = offset_distance(reach(position) + reach(to_light));
+                let offset = offset_distance(reach(position), reach(to_light));
                 let lift = -to_light * (offset / to_light.length()).min(0.5);
                 self.segment(position, lift, 1.0 / to_light.length_squared())
             }
@@ -242,7 +242,7 @@ impl Plane {
     /// From `target` on the light towards the surface point: at most half of the way.
     fn lift(&self, target: DVec3) -> DVec3 {
         // A ceiling that the light is set in may be a triangle much larger than the light.
-        let offset = offset_distance(reach(target) + 4.0 * self.reach);
+        let offset = offset_distance(reach(target), 4.0 * self.reach);
         self.normal * offset.min(0.5 * self.height)
     }
 }

@@ -4,21 +4,19 @@ use crate::geometry::Triangle;
 use crate::ray::Ray;
 use glam::{DVec3, Vec3};
 
-/// Offsets are this part of the largest coordinate difference at play: 16 times the relative
-/// rounding error of `f32`, a few times what an intersection test in `f32` gets wrong.
-const OFFSET_SCALE: f64 = 1.0 / (1 << 20) as f64;
-
 /// How far to move off a surface so that neither rounding to `f32` nor a fast intersection test
-/// finds that surface again. `magnitude`: the largest absolute coordinate involved plus the extent
-/// of what was hit, in scene units, as are offsets.
+/// finds that surface again. `coordinate`: the largest absolute coordinate of the point; `extent`:
+/// the largest coordinate difference that the test computes with. In scene units, as are offsets.
 ///
 /// The idea is that of Waechter and Binder, "A Fast and Robust Method for Avoiding
 /// Self-Intersection" (Ray Tracing Gems, 2019): as many units in the last place as the arithmetic
-/// loses. They allow for 256 of them in a hit point computed in `f32`; here points and planes are
-/// computed in `f64`, so that 8 are plenty, contacts stay tight, and as extent counts too, large
-/// triangles near the origin are covered.
-pub(super) fn offset_distance(magnitude: f64) -> f64 {
-    magnitude * OFFSET_SCALE + f64::from(f32::MIN_POSITIVE)
+/// loses. They allow for 256 of them in a hit point computed in `f32`. Here points and planes are
+/// computed in `f64`: of 4 units of the coordinate, rounding the point takes one at most, and the
+/// rest is for neighbours whose corners were rounded. Of the extent, a test in `f32` loses about a
+/// quarter of the 8 units; without them, large triangles near the origin would meet themselves.
+pub(super) fn offset_distance(coordinate: f64, extent: f64) -> f64 {
+    let unit = f64::from(f32::EPSILON);
+    unit * (4.0 * coordinate + 8.0 * extent) + f64::from(f32::MIN_POSITIVE)
 }
 
 /// The point that a camera ray sees.
@@ -55,7 +53,7 @@ impl SurfacePoint {
         };
         let extent = [a, b, c].map(|v| (v - position).abs().max_element());
         let extent = extent.into_iter().fold(0.0, f64::max);
-        let offset = offset_distance(position.abs().max_element() + extent);
+        let offset = offset_distance(position.abs().max_element(), extent);
         Self {
             position,
             origin: (position + normal * offset).as_vec3(),
@@ -129,7 +127,7 @@ mod tests {
             let view = Ray::new(eye.as_vec3(), (target - eye).as_vec3(), f32::INFINITY);
             let point = SurfacePoint::new(&triangle, &view);
             let height = point.normal.dot(point.origin.as_dvec3() - a);
-            let magnitude = longest + 2.0 * translation;
+            let magnitude = longest + a.abs().max_element();
             assert!(height > 0.0 && height < 2e-6 * magnitude, "case {case}: {height:e}");
             assert!(point.normal.dot(eye - a) > 0.0, "case {case}: looks away from the viewer");
             for k in 0..8 {
