@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shown(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -16,7 +16,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file was read, but what it says cannot be used.
-    #[error("{}{}: {message}", path.display(), line.map(|n| format!(":{n}")).unwrap_or_default())]
+    #[error("{}{}: {message}", shown(path), line.map(|n| format!(":{n}")).unwrap_or_default())]
     Input {
         /// The file.
         path: PathBuf,
@@ -24,6 +24,27 @@ pub enum Error {
         line: Option<usize>,
         /// What is wrong, naming the key where there is one.
         message: String,
+    },
+    /// A scene file names a mesh that is in none of the folders where it may be. Apart from
+    /// [`Error::Input`] so that tests can skip a scene whose meshes were not fetched.
+    #[error(
+        "{}{}: mesh {} is absent: looked in {}; {hint}",
+        shown(scene),
+        line.map(|n| format!(":{n}")).unwrap_or_default(),
+        shown(mesh),
+        looked_in.iter().map(|p| shown(p)).collect::<Vec<_>>().join(", ")
+    )]
+    MissingMesh {
+        /// The scene file.
+        scene: PathBuf,
+        /// One-based line of the `file` key.
+        line: Option<usize>,
+        /// The mesh file as the scene names it.
+        mesh: PathBuf,
+        /// Every folder tried, in order.
+        looked_in: Vec<PathBuf>,
+        /// How to provide it: the environment variable, and where the scene says to get it.
+        hint: String,
     },
     /// A command-line value or a backend spec that does not exist; the message lists the choices.
     #[error("{0}")]
@@ -69,4 +90,18 @@ impl Error {
             _ => 1,
         }
     }
+}
+
+/// A path on one line, whatever its name holds.
+fn shown(path: &Path) -> String {
+    one_line(&path.display().to_string())
+}
+
+/// `text` with control characters escaped, for messages that must stay on one line.
+pub(crate) fn one_line(text: &str) -> String {
+    let escape = |c: char| {
+        let printed = (!c.is_control()).then_some(c);
+        printed.into_iter().chain(c.escape_default().filter(move |_| c.is_control()))
+    };
+    text.chars().flat_map(escape).collect()
 }

@@ -18,6 +18,12 @@ pub mod trace;
 pub mod backend;
 
 pub mod measure;
+pub mod render;
+
+pub mod image_file;
+pub mod report;
+
+pub mod cli;
 
 // Unit tests and the suites in `tests` share their random geometry.
 #[cfg(test)]

@@ -1,2 +1,5 @@
 //! The `sato` command.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    sato::cli::run()
+}

@@ -2,6 +2,7 @@
 
 use super::catalogue::BackendEntry;
 use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
+use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
 use crate::trace::{Counter, NoCount, single};
 use crate::tree::{Bvh2, ChildRef, Plan};
@@ -64,7 +65,8 @@ impl Bvh2Backend {
         let start = Instant::now();
         let mut tree = (builder.build)(mesh);
         let built = Instant::now();
-        let plan = (order.plan)(&mut tree, context.seed);
+        let order_context = OrderContext { mesh, seed: context.seed };
+        let plan = (order.plan_bvh2)(&mut tree, &order_context);
         let stats = BuildStats {
             build_ms: (built - start).as_secs_f64() * 1e3,
             order_ms: built.elapsed().as_secs_f64() * 1e3,

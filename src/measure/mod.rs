@@ -1,9 +1,11 @@
 //! Fair measuring: the same rays for all, interleaved rounds, medians, agreement ray by ray.
 
 mod agreement;
+mod contest;
 mod timing;
 
 pub use agreement::{Agreement, agreement};
+pub use contest::{Outcome, Performance, Visits, contest, steps};
 pub use timing::{Summary, interleaved, ratios};
 
 use crate::backend::Accelerator;

@@ -6,5 +6,5 @@ use crate::tree::Plan;
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "far",
     about: "back to front: the child that the ray enters last",
-    plan: |_, _| Plan::Far,
+    plan_bvh2: |_, _| Plan::Far,
 };

@@ -9,6 +9,7 @@ mod near;
 mod node_sato;
 mod random;
 
+use crate::geometry::TriangleMesh;
 use crate::tree::{Bvh2, Node2, Plan};
 use rayon::prelude::*;
 
@@ -19,9 +20,17 @@ pub struct OrderEntry {
     pub name: &'static str,
     /// What it is, in a line.
     pub about: &'static str,
-    /// Prepares the tree on the current rayon pool; the seed matters to random orders only. Same
-    /// result for any number of threads.
-    pub plan: fn(&mut Bvh2, seed: u64) -> Plan,
+    /// Prepares a binary tree on the current rayon pool. Same result for any number of threads.
+    pub plan_bvh2: fn(&mut Bvh2, &OrderContext<'_>) -> Plan,
+}
+
+/// What an order may look at besides the tree.
+#[derive(Clone, Copy, Debug)]
+pub struct OrderContext<'a> {
+    /// The mesh that the tree was built over.
+    pub mesh: &'a TriangleMesh,
+    /// Seed of random orders.
+    pub seed: u64,
 }
 
 /// All orders.

@@ -6,5 +6,5 @@ use crate::tree::Plan;
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "near",
     about: "front to back: the child that the ray enters first",
-    plan: |_, _| Plan::Near,
+    plan_bvh2: |_, _| Plan::Near,
 };

@@ -8,7 +8,7 @@ use crate::tree::Node2;
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "node-sato",
     about: "surface-area traversal order: the child with the larger box first",
-    plan: |tree, _| swap_where(tree, |_, node| second_is_larger(node)),
+    plan_bvh2: |tree, _| swap_where(tree, |_, node| second_is_larger(node)),
 };
 
 /// Strictly larger: ties keep child 0.
@@ -20,6 +20,7 @@ fn second_is_larger(node: &Node2) -> bool {
 mod tests {
     use super::*;
     use crate::build;
+    use crate::order::OrderContext;
     use crate::test_random::Random;
     use crate::tree::Plan;
 
@@ -27,8 +28,9 @@ mod tests {
     fn child_0_is_never_the_smaller_one() {
         let mesh = Random::new(1).mesh(5000);
         let mut tree = (build::find("binned").unwrap().build)(&mesh);
+        let context = OrderContext { mesh: &mesh, seed: 0 };
         assert!(tree.nodes.iter().any(second_is_larger));
-        assert_eq!((ENTRY.plan)(&mut tree, 0), Plan::Slots);
+        assert_eq!((ENTRY.plan_bvh2)(&mut tree, &context), Plan::Slots);
         assert!(!tree.nodes.iter().any(second_is_larger));
         tree.validate(&mesh).unwrap();
     }

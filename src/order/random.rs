@@ -5,7 +5,7 @@ use super::{OrderEntry, swap_where};
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "random",
     about: "a fixed coin toss for every node, from the seed: the control",
-    plan: |tree, seed| swap_where(tree, |index, _| coin(seed, index as u64)),
+    plan_bvh2: |tree, context| swap_where(tree, |index, _| coin(context.seed, index as u64)),
 };
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number

@@ -1,10 +1,12 @@
 //! The pinhole camera.
 
+use super::check::{self, InvalidValue};
 use crate::ray::Ray;
 use glam::Vec3;
+use serde::Serialize;
 
 /// A pinhole camera with a vertical field of view.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Camera {
     /// Position, in scene units.
     pub eye: Vec3,
@@ -17,6 +19,30 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// Whether it can make a picture; the fault names the field.
+    pub fn check(&self) -> Result<(), InvalidValue> {
+        check::finite("eye", self.eye)?;
+        check::finite("look_at", self.look_at)?;
+        check::finite("up", self.up)?;
+        if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
+            let message = format!("must be above 0 and below 180, not {}", self.fov_degrees);
+            return Err(InvalidValue::new("fov_degrees", message));
+        }
+        let view = self.look_at - self.eye;
+        if !(1e-15..1e19).contains(&view.as_dvec3().length()) {
+            let eye = check::numbers(self.eye);
+            let message = format!("must be apart from the eye, {eye}, and less than 1e19 away");
+            return Err(InvalidValue::new("look_at", message));
+        }
+        check::direction("up", self.up)?;
+        let (view, up) = (view.as_dvec3().normalize(), self.up.as_dvec3().normalize());
+        if view.cross(up).length() < 1e-6 {
+            let message = format!("must not be parallel to the view: {}", check::numbers(self.up));
+            return Err(InvalidValue::new("up", message));
+        }
+        Ok(())
+    }
+
     /// The ray through `(x, y)` in pixels (from the upper left corner, pixel centres at .5) of an
     /// image of `size` pixels. The direction has unit length.
     pub fn ray(&self, x: f32, y: f32, size: [u32; 2]) -> Ray {

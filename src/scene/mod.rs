@@ -1,12 +1,33 @@
 //! What is looked at: geometry, camera, lights and the integrators' defaults.
 
 mod camera;
+mod check;
+mod export;
+mod formats;
+pub mod generate;
+mod info;
 mod light;
+mod load;
+mod mesh_builder;
+mod obj;
+mod obj_text;
+mod suggest;
+mod toml_entries;
+mod toml_file;
+mod toml_spans;
+mod transform;
+mod zstd;
 
 pub use camera::Camera;
+pub use check::InvalidValue;
+pub use export::export;
+pub use formats::{FORMATS, Format};
+pub use info::SceneInfo;
 pub use light::{Light, LightShape};
+pub use load::load;
 
 use crate::geometry::TriangleMesh;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// A loaded scene: checked, finite, ready for backends and renderer.
@@ -33,4 +54,44 @@ pub struct Defaults {
     pub ao_radius: f32,
     /// Image width and height in pixels.
     pub size: [u32; 2],
+}
+
+impl Scene {
+    /// Whether camera, lights and defaults can be used; the fault names the key, such as
+    /// `light[1].radius`.
+    pub fn check(&self) -> Result<(), InvalidValue> {
+        self.camera.check().map_err(|fault| fault.within("camera"))?;
+        let mut names = HashSet::new();
+        for (i, light) in self.lights.iter().enumerate() {
+            let unique = if names.insert(light.name.as_str()) {
+                Ok(())
+            } else {
+                let message = format!("is the name of an earlier light too: {:?}", light.name);
+                Err(InvalidValue::new("name", message))
+            };
+            light.check().and(unique).map_err(|fault| fault.within(&format!("light[{i}]")))?;
+        }
+        self.defaults.check()
+    }
+}
+
+impl Defaults {
+    /// The size of an image when nobody says otherwise: 16:9.
+    pub const SIZE: [u32; 2] = [1280, 720];
+
+    /// The largest width or height of an image, in pixels.
+    pub const MAX_SIDE: u32 = 65_536;
+
+    /// Whether rays of this length and images of this size can be made.
+    pub fn check(&self) -> Result<(), InvalidValue> {
+        check::positive("ambient_occlusion.radius", self.ao_radius)?;
+        let [width, height] = self.size;
+        let sides = 1..=Self::MAX_SIDE;
+        if sides.contains(&width) && sides.contains(&height) {
+            return Ok(());
+        }
+        let max = Self::MAX_SIDE;
+        let message = format!("must be 1 to {max} pixels each way, not {width} x {height}");
+        Err(InvalidValue::new("size", message))
+    }
 }

@@ -1,0 +1,34 @@
+//! `sato list`: every catalogue, as text.
+
+use super::print;
+use crate::Result;
+use crate::backend::catalogue::BACKENDS;
+use crate::scene::FORMATS;
+use crate::scene::generate::GENERATORS;
+use std::fmt::Write;
+
+pub(super) fn run() -> Result<()> {
+    let mut text = String::from("Backends: --backend NAME[:KEY=VALUE[,KEY=VALUE...]]\n");
+    for entry in BACKENDS {
+        let _ = writeln!(text, "\n  {:<8} {}", entry.name, entry.about);
+        if let Some(why) = entry.unavailable {
+            let _ = writeln!(text, "  {:<8} not in this program: {why}", "");
+        }
+        for key in entry.keys {
+            let _ = writeln!(text, "      {}=  {}", key.name, key.about);
+            for choice in (key.choices)() {
+                let mark = if choice.name == key.default { " (default)" } else { "" };
+                let _ = writeln!(text, "          {:<10} {}{mark}", choice.name, choice.about);
+            }
+        }
+    }
+    text.push_str("\nScenes: a file of one of these formats, or a generator's name\n\n");
+    for format in FORMATS {
+        let _ = writeln!(text, "  {:<15} {}", format.extensions.join(", "), format.about);
+    }
+    text.push('\n');
+    for generator in GENERATORS {
+        let _ = writeln!(text, "  {:<15} {}", generator.name, generator.about);
+    }
+    print(&text)
+}

@@ -1,0 +1,120 @@
+//! Options that several subcommands share, and what they stand for.
+
+use crate::backend::{Accelerator, BackendSpec, BuildContext, build};
+use crate::render::{Pass, RenderSettings};
+use crate::scene::{self, Scene};
+use crate::{Error, Result};
+use clap::Args;
+use std::path::PathBuf;
+
+/// How to run: threads, seed, output.
+#[derive(Args, Debug)]
+pub(super) struct Run {
+    /// Threads that build and trace; 0 stands for all processors
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Seed of all samples and of random orders
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Write the report as JSON to FILE
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Print errors only
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+impl Run {
+    /// Does `work` on a pool of the threads asked for.
+    pub(super) fn on_pool<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+        const MOST: usize = 1024;
+        if self.threads > MOST {
+            return Err(Error::Usage(format!("--threads {}: at most {MOST}", self.threads)));
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads)
+            .build()
+            .map_err(|e| Error::Usage(format!("--threads {}: {e}", self.threads)))?;
+        pool.install(work)
+    }
+}
+
+/// What picture to take.
+#[derive(Args, Debug)]
+pub(super) struct Picture {
+    /// Width and height in pixels [default: the scene's]
+    #[arg(long, num_args = 2, value_names = ["W", "H"])]
+    pub size: Option<Vec<u32>>,
+    /// Shadow rays of each kind for a camera ray; powers of two are best [default: 16, or 4 where
+    /// rays are recorded]
+    #[arg(long, value_name = "N")]
+    pub spp: Option<u32>,
+    /// Camera rays in a pixel: 1 goes through its centre, more smooth the edges
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub camera_samples: u32,
+    /// Length of finite ambient-occlusion rays, in scene units [default: the scene's]
+    #[arg(long, value_name = "LENGTH")]
+    pub ao_radius: Option<f32>,
+}
+
+impl Picture {
+    /// The settings for `scene`, checked; `default_spp` samples unless asked otherwise.
+    pub(super) fn settings(
+        &self,
+        scene: &Scene,
+        seed: u64,
+        passes: Vec<Pass>,
+        default_spp: u32,
+    ) -> Result<RenderSettings> {
+        let settings = RenderSettings {
+            size: self.size.as_ref().map_or(scene.defaults.size, |s| [s[0], s[1]]),
+            spp: self.spp.unwrap_or(default_spp),
+            camera_samples: self.camera_samples,
+            seed,
+            ao_radius: self.ao_radius.unwrap_or(scene.defaults.ao_radius),
+            passes,
+        };
+        settings.check()?;
+        Ok(settings)
+    }
+}
+
+/// The passes asked for; without any, all that the scene has.
+pub(super) fn passes(asked: &[Pass], default: &[Pass], scene: &Scene) -> Vec<Pass> {
+    if asked.is_empty() {
+        let has = |pass: &Pass| *pass != Pass::Shadow || !scene.lights.is_empty();
+        default.iter().copied().filter(has).collect()
+    } else {
+        asked.to_vec()
+    }
+}
+
+/// Loads a scene and prints its warnings.
+pub(super) fn load_scene(reference: &str, quiet: bool) -> Result<Scene> {
+    let scene = scene::load(reference)?;
+    if !quiet {
+        for warning in &scene.warnings {
+            eprintln!("sato: warning: {warning}");
+        }
+    }
+    Ok(scene)
+}
+
+/// Parses a `--backend`; for clap.
+pub(super) fn parse_backend(text: &str) -> std::result::Result<BackendSpec, String> {
+    text.parse::<BackendSpec>().map_err(|e| e.to_string())
+}
+
+/// Parses a pass; for clap.
+pub(super) fn parse_pass(text: &str) -> std::result::Result<Pass, String> {
+    text.parse::<Pass>().map_err(|e| e.to_string())
+}
+
+/// Builds a backend on the current pool.
+pub(super) fn build_backend(
+    spec: &BackendSpec,
+    scene: &Scene,
+    seed: u64,
+) -> Result<Box<dyn Accelerator>> {
+    build(spec, &BuildContext { scene, threads: rayon::current_num_threads(), seed })
+}

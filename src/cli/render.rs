@@ -1,0 +1,170 @@
+//! `sato render`: one picture.
+
+use super::options::{Picture, Run, build_backend, load_scene, parse_backend, parse_pass, passes};
+use super::{print, progress};
+use crate::backend::{BackendSpec, BuildStats};
+use crate::image_file::{self, heat_map, tone_map};
+use crate::render::{Pass, RenderOptions, RenderSettings, RenderStats, render};
+use crate::report::{Provenance, SceneReport, write_json};
+use crate::{Error, Result};
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Shadow rays of each kind for a camera ray, unless asked otherwise.
+const SAMPLES: u32 = 16;
+
+#[derive(Args, Debug)]
+pub(super) struct Arguments {
+    /// Scene file (.toml), mesh (.obj, .obj.zst) or the name of a generator
+    scene: String,
+    /// What traces: see `sato list`
+    #[arg(long, value_name = "SPEC", default_value = "bvh2", value_parser = parse_backend)]
+    backend: BackendSpec,
+    /// OpenEXR file to write, with a PNG beside it [default: the scene's name .exr]
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// What to render (ao, ao-unbounded, shadow) [default: ao,shadow]
+    #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = parse_pass)]
+    passes: Vec<Pass>,
+    /// Count the nodes that shadow rays visit and add them as a layer and a PNG; slower
+    #[arg(long)]
+    heat_map: bool,
+    /// Print rays traced and skipped, and time spent
+    #[arg(long)]
+    stats: bool,
+    #[command(flatten)]
+    picture: Picture,
+    #[command(flatten)]
+    run: Run,
+}
+
+/// What `--json` records.
+#[derive(Serialize)]
+struct RenderReport<'a> {
+    #[serde(flatten)]
+    provenance: Provenance,
+    scene: SceneReport,
+    backend: String,
+    build: &'a BuildStats,
+    size: [u32; 2],
+    spp: u32,
+    camera_samples: u32,
+    ao_radius: f32,
+    render: &'a RenderStats,
+    files: Vec<String>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    arguments.run.on_pool(|| render_scene(arguments))
+}
+
+fn render_scene(arguments: &Arguments) -> Result<()> {
+    let run = &arguments.run;
+    let output = arguments.output.as_deref();
+    if let Some(path) = output.filter(|p| p.extension().is_none_or(|e| e != "exr")) {
+        return Err(Error::Usage(format!("-o {}: the name must end in .exr", path.display())));
+    }
+    let scene = load_scene(&arguments.scene, run.quiet)?;
+    let passes = passes(&arguments.passes, &[Pass::AmbientOcclusion, Pass::Shadow], &scene);
+    let settings = arguments.picture.settings(&scene, run.seed, passes, SAMPLES)?;
+    let accelerator = build_backend(&arguments.backend, &scene, run.seed)?;
+    let bar = progress::bar("render", 0, run.quiet);
+    let progress = |done: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    };
+    let options = RenderOptions {
+        count_visits: arguments.heat_map,
+        progress: Some(&progress),
+        ..RenderOptions::default()
+    };
+    let rendering = render(&scene, &*accelerator, &settings, &options)?;
+    bar.finish_and_clear();
+    let output =
+        output.map_or_else(|| PathBuf::from(format!("{}.exr", scene.name)), Path::to_path_buf);
+    let mut metadata = settings.metadata();
+    metadata.extend(super::metadata(&scene, &arguments.backend));
+    let mut files = vec![output.clone(), output.with_extension("png")];
+    image_file::write_exr(&output, &rendering.film, &metadata)?;
+    image_file::write_png(&files[1], &tone_map(&rendering.film))?;
+    if let Some(nodes) = rendering.film.channel("nodes", "Y") {
+        // Outliers must not push all else into one colour.
+        let mut sorted = nodes.to_vec();
+        sorted.sort_by(f32::total_cmp);
+        let most = sorted[(sorted.len() - 1) * 99 / 100].max(1.0);
+        files.push(output.with_extension("nodes.png"));
+        image_file::write_png(&files[2], &heat_map(settings.size, nodes, most))?;
+    } else if arguments.heat_map && !run.quiet {
+        eprintln!("sato: warning: {} cannot count what it visits: no heat map", arguments.backend);
+    }
+    let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    let build = accelerator.build_stats();
+    if let Some(path) = &run.json {
+        let report = RenderReport {
+            provenance: Provenance::new(rayon::current_num_threads(), run.seed),
+            scene: SceneReport::new(&scene),
+            backend: arguments.backend.full(),
+            build,
+            size: settings.size,
+            spp: settings.spp,
+            camera_samples: settings.camera_samples,
+            ao_radius: settings.ao_radius,
+            render: &rendering.stats,
+            files: files.clone(),
+        };
+        write_json(path, &report)?;
+    }
+    if run.quiet {
+        return Ok(());
+    }
+    let mut text = String::new();
+    if arguments.stats {
+        text = stats_text(arguments, &settings, build, &rendering.stats);
+    }
+    print(&(text + &files.join("\n")))
+}
+
+fn stats_text(
+    arguments: &Arguments,
+    settings: &RenderSettings,
+    build: &BuildStats,
+    stats: &RenderStats,
+) -> String {
+    let mut text = format!(
+        "{}: built in {:.1} ms, ordered in {:.2} ms, {:.1} MB\n",
+        arguments.backend,
+        build.build_ms,
+        build.order_ms,
+        build.memory_bytes as f64 / 1e6
+    );
+    let [width, height] = settings.size;
+    let _ = writeln!(
+        text,
+        "{width}x{height}, {} samples: {:.1} ms on {} threads; camera rays {:.1} ms, shadow rays \
+         {:.1} ms, summed over threads{}",
+        settings.spp,
+        stats.total_ms,
+        stats.threads,
+        stats.primary_ms,
+        stats.shadow_ms,
+        if arguments.heat_map { " (a counting run: no measure of speed)" } else { "" },
+    );
+    let _ = writeln!(text, "camera: {} rays, {} hit", stats.primary_rays, stats.primary_hits);
+    for class in &stats.classes {
+        let _ = write!(
+            text,
+            "{}: {} rays, {:.1} % occluded, {} not traced as they bring nothing",
+            class.name,
+            class.rays,
+            100.0 * class.occluded_share,
+            class.rays_skipped
+        );
+        if let (Some(nodes), Some(triangles)) = (class.nodes_per_ray, class.triangles_per_ray) {
+            let _ = write!(text, ", {nodes:.2} nodes and {triangles:.2} triangles a ray");
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,53 @@
+//! The renderer: camera, primary hit, surface point, batches of shadow rays, film. It sees backends
+//! through [`Accelerator`](crate::backend::Accelerator) only.
+//!
+//! [`render`] makes an image tile by tile; [`record`] keeps the rays so that backends can be
+//! compared on the same ones, and makes the same image from their answers.
+
+pub mod ambient_occlusion;
+mod film;
+mod plan;
+mod recording;
+pub mod sampling;
+mod settings;
+pub mod soft_shadow;
+mod spherical_rectangle;
+mod stats;
+mod streaming;
+mod surface;
+mod tile;
+mod walk;
+pub mod warp;
+
+pub(crate) use film::luminance;
+pub use film::{Channel, Film, Layer};
+pub use recording::{RecordedPass, Recording, record};
+pub use settings::{Pass, RayClass, RenderSettings};
+pub use stats::{ClassStats, RenderStats};
+pub use streaming::{RenderOptions, Rendering, render};
+pub use surface::SurfacePoint;
+pub use tile::{TILE_PIXELS, TILE_SIZE, Tile, TileGrid, TileOrder};
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Told how many tiles are done, and of how many.
+pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
+/// Counts tiles for a [`Progress`].
+struct TileCount<'a> {
+    done: AtomicUsize,
+    total: usize,
+    progress: Option<Progress<'a>>,
+}
+
+impl<'a> TileCount<'a> {
+    fn new(total: usize, progress: Option<Progress<'a>>) -> Self {
+        Self { done: AtomicUsize::new(0), total, progress }
+    }
+
+    fn add_one(&self) {
+        if let Some(progress) = self.progress {
+            progress(self.done.fetch_add(1, Ordering::Relaxed) + 1, self.total);
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Soft shadows: sample points on lights, the rays to them, and what each would bring if nothing
+//! were in the way.
+//!
+//! Quads with right angles are sampled uniformly in solid angle, as are spheres (in the cone in
+//! which they are seen) and directional lights; other quads and disks uniformly in area.
+
+use super::spherical_rectangle::SphericalRectangle;
+use super::surface::{SurfacePoint, offset_distance};
+use super::warp;
+use crate::ray::Ray;
+use crate::scene::{Light, LightShape};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// What one sample of a light brings to a surface point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSample {
+    /// The way to the light, ending just before it. Means nothing where `weight` is 0.
+    pub ray: Ray,
+    /// Irradiance that arrives if nothing is in the way, over the light's strength: cosines over
+    /// density. 0 where the sample is below the surface's horizon or on the light's dark side.
+    pub weight: f32,
+}
+
+/// Whether every sample of the light is the same, so that one is enough.
+pub fn is_delta(shape: &LightShape) -> bool {
+    match *shape {
+        LightShape::Point { .. } => true,
+        LightShape::Directional { angular_diameter_degrees, .. } => angular_diameter_degrees <= 0.0,
+        _ => false,
+    }
+}
+
+/// A light as one surface point sees it: made once for all samples there.
+#[derive(Clone, Copy, Debug)]
+pub struct LightView {
+    kind: Kind,
+    origin: DVec3,
+    ray_origin: glam::Vec3,
+    normal: DVec3,
+    dark: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// No direction shows the emitting side.
+    Nothing,
+    Rectangle {
+        shape: SphericalRectangle,
+        foot: DVec3,
+        axes: [DVec3; 2],
+        plane: Plane,
+    },
+    Parallelogram {
+        corner: DVec3,
+        edges: [DVec3; 2],
+        area: f64,
+        plane: Plane,
+    },
+    Disk {
+        center: DVec3,
+        radius: f64,
+        plane: Plane,
+    },
+    Sphere {
+        center: DVec3,
+        radius: f64,
+        axis: DVec3,
+        distance: f64,
+        one_minus_cos: f64,
+    },
+    Directional {
+        axis: DVec3,
+        one_minus_cos: f64,
+        factor: f64,
+    },
+    Point {
+        position: DVec3,
+    },
+}
+
+/// The plane of a flat light.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    normal: DVec3,
+    /// Height of the surface point above it, positive on the emitting side.
+    height: f64,
+    /// Largest coordinate difference between surface point and light.
+    reach: f64,
+}
+
+impl LightView {
+    /// The light as seen from `surface`.
+    pub fn new(light: &Light, surface: &SurfacePoint) -> Self {
+        // From where the rays really start: what is weighed is what is traced.
+        let origin = surface.origin.as_dvec3();
+        let normal = surface.normal;
+        // What lies below the horizon by more than the rounding of any sample is dark as a whole.
+        let below = |points: &[DVec3], margin: f64| {
+            points.iter().all(|p| {
+                let d = *p - origin;
+                d.dot(normal) + margin < -1e-9 * (d.length() + margin)
+            })
+        };
+        let (kind, dark) = match light.shape {
+            LightShape::Quad { corner, edge_u, edge_v } => {
+                let corner = corner.as_dvec3();
+                let edges @ [u, v] = [edge_u, edge_v].map(|e| e.as_dvec3());
+                let corners = [corner, corner + u, corner + v, corner + u + v];
+                let plane = Plane::new(u.cross(v).normalize_or_zero(), origin, &corners);
+                let dark = plane.height <= 0.0 || below(&corners, 0.0);
+                let kind = rectangle(origin, corner, edges, plane).unwrap_or_else(|| {
+                    Kind::Parallelogram { corner, edges, area: u.cross(v).length(), plane }
+                });
+                (kind, dark)
+            }
+            LightShape::Disk { center, normal, radius } => {
+                let (center, radius) = (center.as_dvec3(), f64::from(radius));
+                let mut plane = Plane::new(normal.as_dvec3().normalize(), origin, &[center]);
+                plane.reach += radius;
+                let dark = plane.height <= 0.0 || below(&[center], radius);
+                (Kind::Disk { center, radius, plane }, dark)
+            }
+            LightShape::Sphere { center, radius } => {
+                let (center, radius) = (center.as_dvec3(), f64::from(radius));
+                let (to_center, distance) = ((center - origin), (center - origin).length());
+                let dark = distance <= radius || below(&[center], radius);
+                let sin_squared = (radius / distance).powi(2);
+                let kind = if distance <= radius {
+                    Kind::Nothing
+                } else {
+                    let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
+                    let axis = to_center / distance;
+                    Kind::Sphere { center, radius, axis, distance, one_minus_cos }
+                };
+                (kind, dark)
+            }
+            LightShape::Directional { direction, angular_diameter_degrees } => {
+                let half = 0.5 * f64::from(angular_diameter_degrees.max(0.0)).to_radians();
+                let axis = -direction.as_dvec3().normalize();
+                let one_minus_cos = 2.0 * (0.5 * half).sin().powi(2);
+                // Strength is the irradiance of a surface that faces the light: radiance times the
+                // projected solid angle, pi sin^2. Solid angle over that is this factor.
+                let factor = 2.0 / (1.0 + half.cos());
+                let dark = axis.dot(normal) < -half.sin() - 1e-9;
+                (Kind::Directional { axis, one_minus_cos, factor }, dark)
+            }
+            LightShape::Point { position } => {
+                let position = position.as_dvec3();
+                (Kind::Point { position }, below(&[position], 0.0))
+            }
+        };
+        Self { kind, origin, ray_origin: surface.origin, normal, dark }
+    }
+
+    /// Whether all samples have weight 0, as far as can be seen without drawing any.
+    pub fn is_dark(&self) -> bool {
+        self.dark
+    }
+
+    /// The sample of a point of the unit square.
+    pub fn sample(&self, point: [f64; 2]) -> LightSample {
+        match self.kind {
+            Kind::Nothing => self.segment(DVec3::ZERO, DVec3::ZERO, 0.0),
+            Kind::Rectangle { shape, foot, axes, plane } => {
+                let [x, y] = shape.sample(point);
+                let target = foot + axes[0] * x + axes[1] * y;
+                self.segment(target, plane.lift(target), shape.solid_angle())
+            }
+            Kind::Parallelogram { corner, edges, area, plane } => {
+                let target = corner + edges[0] * point[0] + edges[1] * point[1];
+                self.by_area(target, area, &plane)
+            }
+            Kind::Disk { center, radius, plane } => {
+                let p = warp::concentric_disk(point) * radius;
+                let target = center + warp::to_world(p.extend(0.0), plane.normal);
+                self.by_area(target, PI * radius * radius, &plane)
+            }
+            Kind::Sphere { center, radius, axis, distance, one_minus_cos } => {
+                let local = warp::uniform_cone(point, one_minus_cos);
+                let sin_squared = local.x * local.x + local.y * local.y;
+                let half_chord = (radius * radius - distance * distance * sin_squared).max(0.0);
+                let direction = warp::to_world(local, axis);
+                let target = self.origin + direction * (distance * local.z - half_chord.sqrt());
+                let plane = Plane::new((target - center) / radius, self.origin, &[target]);
+                self.segment(target, plane.lift(target), TAU * one_minus_cos)
+            }
+            Kind::Directional { axis, one_minus_cos, factor } => {
+                let direction = warp::to_world(warp::uniform_cone(point, one_minus_cos), axis);
+                let ray = Ray::new(self.ray_origin, direction.as_vec3(), f32::INFINITY);
+                LightSample { ray, weight: self.cosine(direction).max(0.0) as f32 * factor as f32 }
+            }
+            Kind::Point { position } => {
+                let to_light = position - self.origin;
+                let offset = offset_distance(reach(position) + reach(to_light));
+                let lift = -to_light * (offset / to_light.length()).min(0.5);
+                self.segment(position, lift, 1.0 / to_light.length_squared())
+            }
+        }
+    }
+
+    /// Cosine to the normal of a direction of any length.
+    fn cosine(&self, direction: DVec3) -> f64 {
+        self.normal.dot(direction) / direction.length()
+    }
+
+    /// A sample whose density is uniform over a flat light.
+    fn by_area(&self, target: DVec3, area: f64, plane: &Plane) -> LightSample {
+        let squared = (target - self.origin).length_squared();
+        let solid_angle = area * plane.height.max(0.0) / (squared * squared.sqrt());
+        self.segment(target, plane.lift(target), solid_angle)
+    }
+
+    /// The sample whose ray goes to `target + lift`; `lift` keeps it off geometry that touches the
+    /// light. `solid_angle`: one over the density per solid angle.
+    fn segment(&self, target: DVec3, lift: DVec3, solid_angle: f64) -> LightSample {
+        let cosine = self.cosine(target - self.origin);
+        // To an end between numbers of f32: the difference is rounded, not the end.
+        let direction = target + lift - self.origin;
+        let weight = (cosine * solid_angle) as f32;
+        let leaves = self.normal.dot(direction) > 0.0;
+        let usable = leaves && weight > 0.0 && weight.is_finite();
+        LightSample {
+            ray: Ray::new(self.ray_origin, direction.as_vec3(), 1.0),
+            weight: if usable { weight } else { 0.0 },
+        }
+    }
+}
+
+/// Largest absolute coordinate.
+fn reach(v: DVec3) -> f64 {
+    v.abs().max_element()
+}
+
+impl Plane {
+    /// The plane through `points` with unit `normal`, seen from `origin`.
+    fn new(normal: DVec3, origin: DVec3, points: &[DVec3]) -> Self {
+        let reach = points.iter().map(|&p| reach(p - origin)).fold(0.0, f64::max);
+        Self { normal, height: normal.dot(origin - points[0]), reach }
+    }
+
+    /// From `target` on the light towards the surface point: at most half of the way.
+    fn lift(&self, target: DVec3) -> DVec3 {
+        // A ceiling that the light is set in may be a triangle much larger than the light.
+        let offset = offset_distance(reach(target) + 4.0 * self.reach);
+        self.normal * offset.min(0.5 * self.height)
+    }
+}
+
+/// The quad as a rectangle, if it is one and looks large enough.
+fn rectangle(origin: DVec3, corner: DVec3, edges: [DVec3; 2], plane: Plane) -> Option<Kind> {
+    let lengths = edges.map(DVec3::length);
+    let right_angle = edges[0].dot(edges[1]).abs() <= 1e-6 * lengths[0] * lengths[1];
+    if !right_angle || plane.height.is_nan() || plane.height <= 0.0 {
+        return None;
+    }
+    let x_axis = edges[0] / lengths[0];
+    let axes = [x_axis, plane.normal.cross(x_axis)];
+    let to_corner = corner - origin;
+    let span = |i: usize| {
+        let start = to_corner.dot(axes[i]);
+        [start, start + lengths[i]]
+    };
+    let shape = SphericalRectangle::new(span(0), span(1), plane.height)?;
+    Some(Kind::Rectangle { shape, foot: origin - plane.normal * plane.height, axes, plane })
+}

@@ -1,0 +1,106 @@
+//! What rendering took.
+
+use super::plan::Plan;
+use std::time::Duration;
+
+/// What an image took, for reports.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct RenderStats {
+    /// Camera rays.
+    pub primary_rays: u64,
+    /// Camera rays that see a surface.
+    pub primary_hits: u64,
+    /// Threads that rendered.
+    pub threads: usize,
+    /// Wall-clock time of all of it, in milliseconds.
+    pub total_ms: f64,
+    /// Time in camera rays, in milliseconds, summed over threads.
+    pub primary_ms: f64,
+    /// Time in shadow rays, in milliseconds, summed over threads; of counting runs no measure of
+    /// speed.
+    pub shadow_ms: f64,
+    /// Each class of shadow rays.
+    pub classes: Vec<ClassStats>,
+}
+
+/// The rays of one class.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct ClassStats {
+    /// `ao`, `ao-unbounded` or `shadow.<light>`.
+    pub name: String,
+    /// Rays that were traced.
+    pub rays: u64,
+    /// Rays that were left out, because whatever they met the picture would be the same.
+    pub rays_skipped: u64,
+    /// Traced rays that something stops.
+    pub rays_occluded: u64,
+    /// `rays_occluded` over `rays`; 0 where there are none.
+    pub occluded_share: f64,
+    /// Tree nodes visited per ray, in counting runs of backends that count.
+    pub nodes_per_ray: Option<f64>,
+    /// Triangles tested per ray, in counting runs of backends that count.
+    pub triangles_per_ray: Option<f64>,
+}
+
+/// Sums in whole numbers, so that their order does not matter.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tally {
+    pub(super) primary_hits: u64,
+    pub(super) primary_time: Duration,
+    pub(super) shadow_time: Duration,
+    pub(super) classes: Vec<ClassTally>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ClassTally {
+    pub(super) rays: u64,
+    pub(super) skipped: u64,
+    pub(super) occluded: u64,
+    pub(super) nodes: u64,
+    pub(super) triangles: u64,
+}
+
+impl Tally {
+    pub(super) fn new(plan: &Plan) -> Self {
+        Self { classes: vec![ClassTally::default(); plan.classes.len()], ..Self::default() }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.primary_hits += other.primary_hits;
+        self.primary_time += other.primary_time;
+        self.shadow_time += other.shadow_time;
+        for (class, other) in self.classes.iter_mut().zip(&other.classes) {
+            class.rays += other.rays;
+            class.skipped += other.skipped;
+            class.occluded += other.occluded;
+            class.nodes += other.nodes;
+            class.triangles += other.triangles;
+        }
+    }
+
+    pub(super) fn stats(&self, plan: &Plan, total: Duration, counted: bool) -> RenderStats {
+        let ms = |time: Duration| time.as_secs_f64() * 1e3;
+        let class_stats = |tally: &ClassTally, name: &String| {
+            let per_ray = |n: u64| if tally.rays == 0 { 0.0 } else { n as f64 / tally.rays as f64 };
+            ClassStats {
+                name: name.clone(),
+                rays: tally.rays,
+                rays_skipped: tally.skipped,
+                rays_occluded: tally.occluded,
+                occluded_share: per_ray(tally.occluded),
+                nodes_per_ray: counted.then(|| per_ray(tally.nodes)),
+                triangles_per_ray: counted.then(|| per_ray(tally.triangles)),
+            }
+        };
+        let classes = self.classes.iter().zip(&plan.classes);
+        RenderStats {
+            primary_rays: plan.primary_rays(),
+            primary_hits: self.primary_hits,
+            threads: rayon::current_num_threads(),
+            total_ms: ms(total),
+            primary_ms: ms(self.primary_time),
+            shadow_ms: ms(self.shadow_time),
+            classes: classes.map(|(tally, plan)| class_stats(tally, &plan.name)).collect(),
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Rendering tile by tile: rays live only as long as their tile.
+
+use super::film::{Film, FilmBuilder, TileSums};
+use super::plan::Plan;
+use super::settings::RenderSettings;
+use super::stats::{ClassTally, RenderStats, Tally};
+use super::tile::TileOrder;
+use super::walk::{RayBuffer, Scratch, Walk};
+use super::{Progress, TileCount};
+use crate::Result;
+use crate::backend::Accelerator;
+use crate::ray::{RayBatch, VisitCounts, words_for};
+use crate::scene::Scene;
+use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How to render: nothing here changes the picture, but for the `nodes` layer of counting runs.
+#[derive(Clone, Copy)]
+pub struct RenderOptions<'a> {
+    /// Count what shadow rays visit, if the backend can.
+    pub count_visits: bool,
+    /// Leave out rays that bring nothing whatever they meet.
+    pub skip: bool,
+    /// In which order tiles are taken.
+    pub order: TileOrder,
+    /// Told after each tile how many are done, and of how many. Called by all threads.
+    pub progress: Option<Progress<'a>>,
+}
+
+impl Default for RenderOptions<'_> {
+    fn default() -> Self {
+        Self { count_visits: false, skip: true, order: TileOrder::default(), progress: None }
+    }
+}
+
+/// A rendered image.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// Its layers.
+    pub film: Film,
+    /// What it took.
+    pub stats: RenderStats,
+}
+
+/// Renders `scene` with `accelerator` on the threads of the current rayon pool.
+///
+/// The film is a function of scene and settings: equal bits whatever the threads and the options.
+///
+/// # Errors
+/// [`Error::Usage`](crate::Error::Usage) if the settings have no image
+/// ([`RenderSettings::check`]), or ask for shadows only and the scene has no light.
+pub fn render(
+    scene: &Scene,
+    accelerator: &dyn Accelerator,
+    settings: &RenderSettings,
+    options: &RenderOptions<'_>,
+) -> Result<Rendering> {
+    let start = Instant::now();
+    let plan = Plan::new(scene, settings)?;
+    let counted = options.count_visits && can_count(accelerator);
+    let walk = Walk { scene, accelerator, plan: &plan, skip: options.skip };
+    let shared = Mutex::new((FilmBuilder::new(&plan, counted), Tally::new(&plan)));
+    let done = TileCount::new(plan.grid.len(), options.progress);
+    let order = plan.grid.order(options.order);
+    order.par_iter().with_max_len(1).for_each_init(Worker::default, |worker, &tile| {
+        let tile = tile as usize;
+        let mut sums = TileSums::new(&plan);
+        let mut tally = Tally::new(&plan);
+        let Worker { scratch, answers } = worker;
+        let walked = walk.tile(tile, scratch, &mut |class, buffer| {
+            let class_tally = &mut tally.classes[class];
+            tally.shadow_time += answers.trace(accelerator, buffer, counted, class_tally);
+            sums.add(class, &buffer.slots, &buffer.weights, &answers.occluded);
+            if counted {
+                sums.add_visits(&buffer.slots, &answers.counts);
+            }
+        });
+        for (class, &skipped) in tally.classes.iter_mut().zip(&walked.skipped) {
+            class.skipped = skipped;
+        }
+        tally.primary_hits = walked.primary.hits.iter().map(|&n| u64::from(n)).sum();
+        tally.primary_time = walked.primary_time;
+        // A panic elsewhere ends the render; what the lock holds is not looked at then.
+        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.0.set_tile(plan.grid.tile(tile), &walked.primary, &sums);
+        shared.1.add(&tally);
+        drop(shared);
+        done.add_one();
+    });
+    let (film, tally) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok(Rendering { film: film.finish(), stats: tally.stats(&plan, start.elapsed(), counted) })
+}
+
+/// Whether the backend counts visits: it says so for no rays, too.
+fn can_count(accelerator: &dyn Accelerator) -> bool {
+    accelerator.occluded_counted(&RayBatch { rays: &[] }, &mut [], &mut [])
+}
+
+/// What a thread uses again for all its tiles.
+#[derive(Default)]
+struct Worker {
+    scratch: Scratch,
+    answers: Answers,
+}
+
+#[derive(Default)]
+struct Answers {
+    occluded: Vec<u64>,
+    counts: Vec<VisitCounts>,
+}
+
+impl Answers {
+    /// Traces a batch; returns the time in the backend.
+    fn trace(
+        &mut self,
+        accelerator: &dyn Accelerator,
+        buffer: &RayBuffer,
+        counted: bool,
+        tally: &mut ClassTally,
+    ) -> Duration {
+        let batch = RayBatch { rays: &buffer.rays };
+        self.occluded.clear();
+        self.occluded.resize(words_for(buffer.rays.len()), 0);
+        let start;
+        if counted {
+            self.counts.clear();
+            self.counts.resize(buffer.rays.len(), VisitCounts::default());
+            start = Instant::now();
+            accelerator.occluded_counted(&batch, &mut self.occluded, &mut self.counts);
+        } else {
+            start = Instant::now();
+            accelerator.occluded(&batch, &mut self.occluded);
+        }
+        let time = start.elapsed();
+        tally.rays += buffer.rays.len() as u64;
+        tally.occluded += self.occluded.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+        if counted {
+            tally.nodes += self.counts.iter().map(|c| u64::from(c.nodes)).sum::<u64>();
+            tally.triangles += self.counts.iter().map(|c| u64::from(c.triangles)).sum::<u64>();
+        }
+        time
+    }
+}
