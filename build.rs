@@ -28,12 +28,18 @@ mod embree {
         println!("cargo::rerun-if-env-changed=EMBREE_DIR");
 
         let dir = find_library(&root)?;
-        println!("cargo::rerun-if-changed={}", dir.join(library_name(4)).display());
+        let library = dir.join(library_name(4));
+        println!("cargo::rerun-if-changed={}", library.display());
         println!("cargo::rustc-link-search=native={}", dir.display());
-        // The binary finds the library where the linker did. -Xlinker, not -Wl: folders may have
-        // commas in their names.
-        for arg in ["-Xlinker", "-rpath", "-Xlinker", &dir.display().to_string()] {
-            println!("cargo::rustc-link-arg={arg}");
+        // The binary looks where the linker did, and where a symlink found there leads to: the name
+        // that it looks for may exist only there.
+        let real = library.canonicalize().ok().and_then(|file| file.parent().map(Path::to_owned));
+        let same = dir.canonicalize().ok() == real;
+        for folder in [Some(dir), real.filter(|_| !same)].into_iter().flatten() {
+            // -Xlinker, not -Wl: folders may have commas in their names.
+            for arg in ["-Xlinker", "-rpath", "-Xlinker", &folder.display().to_string()] {
+                println!("cargo::rustc-link-arg={arg}");
+            }
         }
         bind(&root)
     }

@@ -6,7 +6,7 @@
 # Run it as often as you like; a second run only checks.
 
 set -eu
-cd "$(dirname "$0")/.."
+CDPATH='' cd -- "$(dirname -- "$0")/.."
 
 embree_pin='embreex==4.4.0.post1'
 libclang_pin='libclang==18.1.1'
@@ -23,7 +23,7 @@ fail() {
     exit 1
 }
 
-by_hand='install Embree 4 and libclang (Debian, Ubuntu: apt install libembree-dev libclang-dev; Fedora: dnf install embree-devel clang-devel; Homebrew: brew install embree llvm), or set EMBREE_DIR and LIBCLANG_PATH; the native backends need neither: cargo build'
+by_hand='install Embree 4 and libclang by hand (Debian, Ubuntu: libembree-dev libclang-dev; Fedora: embree-devel clang-devel; Homebrew: embree llvm) or set EMBREE_DIR and LIBCLANG_PATH; `cargo build` without Embree needs neither'
 
 # The wheels' tag and SHA-256. One Python tag a platform: the libraries inside do not depend on it.
 case $os-$machine in
@@ -64,6 +64,8 @@ case $os in
 Darwin) library_suffix=dylib ;;
 *) library_suffix=so ;;
 esac
+embree_file=lib/libembree4.$library_suffix
+libclang_file=libclang.$library_suffix
 
 # --- What the system has ------------------------------------------------------------------------
 
@@ -217,25 +219,29 @@ fetch() {
         --dest "$work/$4.wheel" --requirement "$work/$4.txt" >"$work/$4.log" 2>&1; then
         # pip's last error line names the cause; its retries come before it.
         why=$(grep '^ERROR' "$work/$4.log" | tail -n 1)
-        fail "pip could not fetch $1 (${why:-no reason given}); with a network, run \`make setup\` again; or $by_hand"
+        fail "pip could not fetch $1 (${why:-no reason given}): is there a network? Run \`make setup\` again, or $by_hand"
     fi
     mkdir "$work/$4"
     "$python" -m zipfile -e "$work/$4.wheel"/*.whl "$work/$4" ||
         fail "could not unpack $1"
 }
 
-# Puts the finished folder $work/$1.done in place as $third_party/$1, in one step.
+# Puts the finished folder $work/$1.done, from the wheel with hash $2 and with file $3, in place as
+# $third_party/$1 in one step.
 install_folder() {
     (cd "$work/$1.done" && find . -type f ! -name '*.sha256' | sort | while IFS= read -r file; do
         sha256 "$file"
     done >files.sha256)
     printf '%s\n' "$2" >"$work/$1.done/wheel.sha256"
+    # A run beside this one may have been first.
+    ! is_whole "$third_party/$1" "$2" "$3" || return 0
     if [ -e "$third_party/$1" ]; then
         mv "$third_party/$1" "$work/$1.old"
     fi
-    # Not mv: where another run was first, mv would put one folder into the other.
+    # Not mv, which would put the folder into one that has just appeared.
     "$python" -c 'import os, sys; os.rename(sys.argv[1], sys.argv[2])' \
-        "$work/$1.done" "$third_party/$1" || fail "could not put $third_party/$1 in place"
+        "$work/$1.done" "$third_party/$1" 2>/dev/null ||
+        is_whole "$third_party/$1" "$2" "$3" || fail "could not put $third_party/$1 in place"
 }
 
 fetch_embree() {
@@ -264,7 +270,7 @@ fetch_embree() {
     esac
     [ -e "$lib/libembree4.$library_suffix" ] || fail "the wheel of $embree_pin holds no libembree4"
     mv "$work"/embree/*.dist-info/licenses/* "$work/embree.done/" 2>/dev/null || true
-    install_folder embree "$embree_sha"
+    install_folder embree "$embree_sha" "$embree_file"
 }
 
 fetch_libclang() {
@@ -273,7 +279,7 @@ fetch_libclang() {
     mv "$work/libclang/libclang-18.1.1.data/platlib/clang/native/libclang.$library_suffix" \
         "$work"/libclang/*.dist-info/LICENSE.TXT "$work/libclang.done/" ||
         fail "the wheel of $libclang_pin holds no libclang"
-    install_folder libclang "$libclang_sha"
+    install_folder libclang "$libclang_sha" "$libclang_file"
 }
 
 # --- Telling cargo ------------------------------------------------------------------------------
@@ -322,7 +328,7 @@ if dir=$(find_system_embree); then
 elif [ -n "${EMBREE_DIR:-}" ]; then
     exit 1
 else
-    if ! is_whole "$third_party/embree" "$embree_sha" "lib/libembree4.$library_suffix"; then
+    if ! is_whole "$third_party/embree" "$embree_sha" "$embree_file"; then
         make_work
         fetch_embree
     fi
@@ -332,14 +338,14 @@ fi
 if file=$(find_system_libclang); then
     libclang="libclang in $(dirname "$file")"
     if ! has_clang_headers "$file"; then
-        write_config system
+        [ -n "${BINDGEN_EXTRA_CLANG_ARGS:-}" ] || write_config system
     elif config_is_ours; then
         rm "$config"
     fi
 elif [ -n "${LIBCLANG_PATH:-}" ]; then
     exit 1
 else
-    if ! is_whole "$third_party/libclang" "$libclang_sha" "libclang.$library_suffix"; then
+    if ! is_whole "$third_party/libclang" "$libclang_sha" "$libclang_file"; then
         make_work
         fetch_libclang
     fi

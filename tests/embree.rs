@@ -260,3 +260,13 @@ fn rays_that_are_not_rays_come_to_an_end() {
         assert!(empty.iter().all(|ray| backend.closest_hit(ray).is_none()), "{spec}");
     }
 }
+
+/// Embree advises flushing denormals to zero, which would change the native backends' answers.
+#[test]
+fn denormals_survive_on_the_caller_s_thread() {
+    let case = Case::new(27, 300, 300);
+    let backend = built(&"embree".parse().unwrap(), &case.scene);
+    occluded(&*backend, &case.rays);
+    let half = std::hint::black_box(f32::MIN_POSITIVE) * std::hint::black_box(0.5);
+    assert!(half > 0.0);
+}

@@ -126,23 +126,33 @@ impl Embree {
         let mut arguments = Arguments::new(self.coherent);
         // Embree changes `tfar` only; what `set` does not write stays.
         let mut packet = P::default();
-        let mut valid = Valid([-1; N]);
         for (word, rays) in occluded.iter_mut().zip(rays.chunks(64)) {
-            let mut bits = 0;
-            for (group, rays) in rays.chunks(N).enumerate() {
+            let (full, rest) = rays.as_chunks::<N>();
+            for (group, rays) in full.iter().enumerate() {
                 for (lane, ray) in rays.iter().enumerate() {
                     packet.set(lane, ray);
                 }
-                // Only the batch's last packet may be short.
-                valid.0[rays.len()..].fill(0);
-                packet.occlude(&self.scene, &valid, &mut arguments);
-                for (lane, &tfar) in packet.tfar()[..rays.len()].iter().enumerate() {
-                    bits |= u64::from(tfar == f32::NEG_INFINITY) << (group * N + lane);
-                }
+                packet.occlude(&self.scene, &Valid([-1; N]), &mut arguments);
+                *word |= occluded_lanes(packet.tfar()) << (group * N);
             }
-            *word = bits;
+            if !rest.is_empty() {
+                let mut valid = Valid([0; N]);
+                for (lane, ray) in rest.iter().enumerate() {
+                    packet.set(lane, ray);
+                    valid.0[lane] = -1;
+                }
+                packet.occlude(&self.scene, &valid, &mut arguments);
+                *word |= occluded_lanes(&packet.tfar()[..rest.len()]) << (full.len() * N);
+            }
         }
     }
+}
+
+/// One bit for each lane with something in the way.
+#[inline]
+fn occluded_lanes(tfar: &[f32]) -> u64 {
+    let lanes = tfar.iter().enumerate();
+    lanes.fold(0, |bits, (lane, &t)| bits | u64::from(t == f32::NEG_INFINITY) << lane)
 }
 
 #[inline]
