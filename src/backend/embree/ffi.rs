@@ -10,6 +10,7 @@
 #![allow(unsafe_code)]
 
 use super::abi;
+use super::error::error_text;
 use crate::geometry::{TriangleMesh, Vec3};
 use embree4_sys as sys;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -47,22 +48,6 @@ unsafe extern "C" fn on_memory(monitor: *mut c_void, bytes: isize, _after: bool)
     let bytes = bytes as i64;
     let held = monitor.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
     bytes <= 0 || held <= monitor.limit
-}
-
-/// One line for an error code, which may be newer than we are, and what Embree says about it.
-fn error_text(code: c_int, text: &str) -> String {
-    let name = match code as u32 {
-        abi::SATO_ERROR_INVALID_ARGUMENT => "invalid argument",
-        abi::SATO_ERROR_INVALID_OPERATION => "invalid operation",
-        abi::SATO_ERROR_OUT_OF_MEMORY => "out of memory",
-        abi::SATO_ERROR_UNSUPPORTED_CPU => "unsupported CPU",
-        abi::SATO_ERROR_CANCELLED => "cancelled",
-        abi::SATO_ERROR_LEVEL_ZERO_RAYTRACING_SUPPORT_MISSING => "no GPU ray-tracing support",
-        _ => "unknown error",
-    };
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let colon = if text.is_empty() { "" } else { ": " };
-    format!("Embree: {name} (code {code}){colon}{text}")
 }
 
 /// An Embree device: settings, threads and error state.
@@ -387,13 +372,6 @@ mod tests {
         let vertices = (0..3000).map(|i| Vec3::new(i as f32, (i % 7) as f32, (i % 5) as f32));
         let triangles = (0..1000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         Arc::new(TriangleMesh::new(vertices.collect(), triangles))
-    }
-
-    #[test]
-    fn an_error_is_one_line_even_if_embree_is_newer_than_we_are() {
-        assert_eq!(error_text(4, "bad\nalloc"), "Embree: out of memory (code 4): bad alloc");
-        assert!(error_text(7, "").starts_with("Embree: no GPU"));
-        assert_eq!(error_text(99, ""), "Embree: unknown error (code 99)");
     }
 
     #[test]

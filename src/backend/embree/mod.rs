@@ -8,6 +8,8 @@ mod abi;
 #[cfg(feature = "embree")]
 mod accelerator;
 #[cfg(feature = "embree")]
+mod error;
+#[cfg(feature = "embree")]
 mod ffi;
 
 use super::catalogue::BackendEntry;
