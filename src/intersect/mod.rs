@@ -45,8 +45,8 @@ pub struct PreparedRay {
     box_t_min: f32,
     box_t_max: f32,
     shear: watertight::Shear,
-    t_min: f32,
-    t_max: f32,
+    /// The ray, its direction scaled if it is extreme.
+    ray: Ray,
     /// Multiplies `t` to undo the scaling of extreme directions; a power of two.
     t_scale: f32,
 }
@@ -68,7 +68,7 @@ impl PreparedRay {
         const PLAIN: std::ops::RangeInclusive<f32> =
             1.0 / (1u64 << 40) as f32..=(1u64 << 40) as f32;
         if PLAIN.contains(&length) {
-            Some(Self::with_scale(ray.origin, ray.direction, ray.t_min, ray.t_max, bounds, 1.0))
+            Some(Self::with_scale(*ray, bounds, 1.0))
         } else {
             Some(Self::rescaled(ray, length, bounds))
         }
@@ -85,18 +85,12 @@ impl PreparedRay {
         let (t_min, t_max) =
             (ray.t_min * power(half) * power(rest), ray.t_max * power(half) * power(rest));
         let scale = power(-exponent.clamp(-126, 126));
-        Self::with_scale(ray.origin, direction, t_min, t_max, bounds, scale)
+        Self::with_scale(Ray { origin: ray.origin, t_min, direction, t_max }, bounds, scale)
     }
 
     #[inline(always)]
-    fn with_scale(
-        origin: Vec3,
-        direction: Vec3,
-        t_min: f32,
-        t_max: f32,
-        bounds: &Aabb,
-        t_scale: f32,
-    ) -> Self {
+    fn with_scale(ray: Ray, bounds: &Aabb, t_scale: f32) -> Self {
+        let Ray { origin, t_min, direction, t_max } = ray;
         let extent = (bounds.min - origin).abs().max((bounds.max - origin).abs()).max_element();
         let pad = (extent * PADDING).max(f32::MIN_POSITIVE);
         let largest = direction.abs().max_element();
@@ -126,8 +120,7 @@ impl PreparedRay {
             box_t_min: t_min - t_slack,
             box_t_max: t_max + t_slack,
             shear: watertight::Shear::new(origin, direction),
-            t_min,
-            t_max,
+            ray,
             t_scale,
         }
     }
@@ -172,18 +165,22 @@ impl PreparedRay {
     /// [`enter_before`](Self::enter_before) and [`hit`](Self::hit); `None` if it misses.
     #[inline(always)]
     pub fn triangle(&self, triangle: &Triangle) -> Option<f32> {
-        let t = self.shear.intersect(triangle)?;
-        if t >= self.t_min && t <= self.t_max { self.confirm(triangle, t) } else { None }
+        if self.shear.passes_through(triangle) { self.hit_distance(triangle) } else { None }
     }
 
-    /// The second condition of a hit (see the module's text). Rays hit rarely: out of the way of
-    /// the kernels' loops.
+    /// What is left to check once the ray's line passes through the triangle: the interval, and the
+    /// second condition of a hit (see the module's text). Lines rarely pass through: out of the way
+    /// of the kernels' loops.
     #[cold]
     #[inline(never)]
-    fn confirm(&self, triangle: &Triangle, t: f32) -> Option<f32> {
+    fn hit_distance(&self, triangle: &Triangle) -> Option<f32> {
+        let t = watertight::plane_distance(&self.ray, triangle)?;
+        if !(t >= f64::from(self.ray.t_min) && t <= f64::from(self.ray.t_max)) {
+            return None;
+        }
         // Not before the box is entered, so that a hit found earlier cannot hide this one in one
         // tree and not in another. Adding zero turns -0 into 0: ties are told by value.
-        self.enter(&triangle.bounds()).map(|entry| t.max(entry) + 0.0)
+        self.enter(&triangle.bounds()).map(|entry| (t as f32).max(entry) + 0.0)
     }
 
     /// The hit at internal distance `t`, in the caller's units.

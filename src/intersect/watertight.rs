@@ -3,12 +3,16 @@
 //!
 //! The scene is moved to the ray's origin and sheared so that the ray runs along its largest axis;
 //! what remains are three signs in the plane. Each vertex is moved on its own, so triangles that
-//! share an edge see the same two points and no ray slips between them. Where a product of rounded
-//! coordinates cancels to zero, either side of the edge is taken: rounding is monotone, so a
-//! non-zero sign is never wrong for the sheared points, and a closed mesh stays closed without
-//! going to higher precision.
+//! share an edge see the same two points and no ray slips between them. Rounding is monotone, so a
+//! sign that is not zero in `f32` is right for the sheared points; one that is zero is found in
+//! `f64`, where the products are exact.
+//!
+//! Unlike in the paper, the distance does not come from the three edge functions: they cancel in
+//! long thin triangles, and a ray that starts on one would meet it again. It comes from the plane,
+//! in `f64`, for the few triangles that pass the signs.
 
 use crate::geometry::Triangle;
+use crate::ray::Ray;
 use glam::Vec3;
 
 /// The shear that turns a ray into the third axis.
@@ -21,7 +25,6 @@ pub(super) struct Shear {
     kz: usize,
     sx: f32,
     sy: f32,
-    sz: f32,
 }
 
 impl Shear {
@@ -37,33 +40,54 @@ impl Shear {
         };
         let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
         let dz = direction[kz];
-        Self { origin, kx, ky, kz, sx: direction[kx] / dz, sy: direction[ky] / dz, sz: 1.0 / dz }
+        Self { origin, kx, ky, kz, sx: direction[kx] / dz, sy: direction[ky] / dz }
     }
 
-    /// The vertex in sheared coordinates: two across the ray, one along it in units of `t`.
+    /// The vertex in sheared coordinates, across the ray.
     #[inline(always)]
-    fn project(&self, vertex: Vec3) -> [f32; 3] {
+    fn project(&self, vertex: Vec3) -> [f32; 2] {
         let v = vertex - self.origin;
         let z = v[self.kz];
-        [v[self.kx] - self.sx * z, v[self.ky] - self.sy * z, self.sz * z]
+        [v[self.kx] - self.sx * z, v[self.ky] - self.sy * z]
     }
 
-    /// The `t` at which the ray's line meets the closed triangle; `None` if it does not, or if the
-    /// determinant is zero (a degenerate triangle, or a ray in its plane).
+    /// Whether the ray's line passes through the closed triangle, in whatever direction; `false` if
+    /// the triangle has no area in the plane across the ray.
     #[inline(always)]
-    pub(super) fn intersect(&self, triangle: &Triangle) -> Option<f32> {
+    pub(super) fn passes_through(&self, triangle: &Triangle) -> bool {
         let [a, b, c] = triangle.0.map(|v| self.project(v));
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
+            return false;
         }
-        let determinant = u + v + w;
-        // NaN, from coordinates that overflow, is no hit either.
-        if determinant == 0.0 || determinant.is_nan() {
-            return None;
-        }
-        Some((u * a[2] + v * b[2] + w * c[2]) / determinant)
+        // Also true of NaN, from coordinates that overflow.
+        let in_doubt = !(u * v * w).is_normal();
+        !in_doubt || passes_through_exactly([a, b, c])
     }
+}
+
+/// As [`Shear::passes_through`] decides, in `f64`: the products are exact, and a difference rounds
+/// to zero only if it is zero.
+#[cold]
+fn passes_through_exactly(corners: [[f32; 2]; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    let negative = u < 0.0 || v < 0.0 || w < 0.0;
+    let positive = u > 0.0 || v > 0.0 || w > 0.0;
+    // All zero is no area; NaN is neither.
+    negative != positive && !(u + v + w).is_nan()
+}
+
+/// The `t` at which the ray's line meets the triangle's plane, to about 50 bits; `None` if it lies
+/// in or beside the plane, or the triangle has no plane.
+pub(super) fn plane_distance(ray: &Ray, triangle: &Triangle) -> Option<f64> {
+    let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
+    let normal = (b - a).cross(c - a);
+    let slope = normal.dot(ray.direction.as_dvec3());
+    let t = normal.dot(a - ray.origin.as_dvec3()) / slope;
+    (slope != 0.0 && t.is_finite()).then_some(t)
 }
