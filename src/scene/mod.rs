@@ -1,6 +1,7 @@
 //! What is looked at: geometry, camera, lights and the integrators' defaults.
 
 mod camera;
+pub mod generate;
 mod light;
 
 pub use camera::Camera;

@@ -1,0 +1,42 @@
+//! Procedural scenes: counterparts of the paper's six static benchmark scenes and a control.
+//!
+//! A scene is a function of its seed and the same bit for bit on every platform. A new one is a
+//! file here with its entry, and a line in [`GENERATORS`].
+
+mod bedroom;
+mod equal_soup;
+mod kit;
+mod ship;
+
+use super::{Camera, Light};
+use crate::geometry::TriangleMesh;
+
+/// A scene that can be named in a scene file.
+pub struct GeneratorEntry {
+    /// The name: lower case, with hyphens.
+    pub name: &'static str,
+    /// What it shows, in a line.
+    pub about: &'static str,
+    /// Makes it; the seed varies the scattered details.
+    pub generate: fn(seed: u64) -> Generated,
+}
+
+/// A scene fresh from its generator, in metres with y up.
+pub struct Generated {
+    /// The triangles.
+    pub mesh: TriangleMesh,
+    /// A view worth looking at.
+    pub camera: Camera,
+    /// Lights whose soft shadows fall into the view.
+    pub lights: Vec<Light>,
+    /// Suggested length of finite ambient-occlusion rays.
+    pub ao_radius: f32,
+}
+
+/// All generators.
+pub static GENERATORS: &[&GeneratorEntry] = &[&bedroom::ENTRY, &ship::ENTRY, &equal_soup::ENTRY];
+
+/// The generator called `name`.
+pub fn find(name: &str) -> Option<&'static GeneratorEntry> {
+    GENERATORS.iter().copied().find(|entry| entry.name == name)
+}
