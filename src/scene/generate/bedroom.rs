@@ -34,18 +34,18 @@ fn generate(seed: u64) -> Generated {
     rug(&mut shape, seed);
     Generated {
         mesh: shape.into_mesh(),
-        camera: camera(v(0.55, 1.72, 5.7), v(3.35, 0.62, 1.6), 58.0),
+        camera: camera(v(4.45, 1.72, 5.66), v(1.95, 0.75, 1.6), 60.0),
         lights: vec![
             light(
                 "window",
                 aimed_quad(v(ROOM.x + 0.14, 1.6, 3.2), v(0.0, 1.1, 3.2), 1.7, 1.2),
-                9.0,
+                26.0,
                 v(0.85, 0.93, 1.0),
             ),
             light(
                 "bedside",
                 LightShape::Sphere { center: glam::vec3(2.02, 0.966, 0.36), radius: 0.045 },
-                140.0,
+                900.0,
                 v(1.0, 0.8, 0.55),
             ),
             light(
@@ -55,7 +55,7 @@ fn generate(seed: u64) -> Generated {
                     normal: -glam::Vec3::Y,
                     radius: 0.2,
                 },
-                30.0,
+                170.0,
                 v(1.0, 0.93, 0.82),
             ),
         ],
@@ -163,7 +163,7 @@ fn bed(shape: &mut Shape, seed: u64, place: V) {
         }
     });
     shape.add(&model, at(place - V::Y * 0.002));
-    let bear = teddy(0.85);
+    let bear = teddy(0.85, 24);
     shape.add(&bear, turned(place + v(0.08, BED + 0.035, 0.86), 0.35));
 }
 
@@ -285,7 +285,7 @@ fn furniture(shape: &mut Shape, seed: u64) {
     shape.add(&table(1.3, 0.74, 0.6), stand(4.95, 0.0, z, PI * 0.5));
     shape.add(&chair(), stand(4.28, 0.0, z + 0.1, PI * 0.5 + 0.25));
     let row = book_row(&mut rng, 0.42, 0.24, 0.17);
-    shape.add(&row, turned(v(5.15, 0.739, z + 0.62), PI * 0.5 + PI));
+    shape.add(&row, turned(v(5.2, 0.739, z + 0.6), PI * 0.5));
     shape.table_lamp(v(5.1, 0.74, z - 0.45), 0.42, 32);
     let mug = [(0.0, 0.0), (0.035, 0.0), (0.04, 0.09), (0.036, 0.09), (0.032, 0.012), (0.0, 0.01)];
     let mug = Shape::of(|s| {
@@ -305,12 +305,14 @@ fn furniture(shape: &mut Shape, seed: u64) {
         shape.add(&fold, place);
     }
     shape.add(&pillow(seed ^ 70, v(0.4, 0.16, 0.4), [56, 32]), stand(3.68, 0.416, z, 0.3));
+    // A slipper: a sole, and an upper that is highest at the instep and closes at the toes.
     let slipper = Shape::of(|s| {
-        s.ellipsoid(v(0.0, 0.012, 0.0), v(0.048, 0.012, 0.13), 24, 10);
-        s.grid([20, 10], [false, false], |a, b| {
-            let (x, z) = (cos(PI * a), mix(0.0, 0.115, b));
-            let wide = 0.05 * (1.0 - (z / 0.14) * (z / 0.14)).sqrt();
-            v(-wide * x, 0.012 + 0.055 * sin(PI * a) * mix(1.0, 0.45, b), z)
+        s.ellipsoid(v(0.0, 0.011, 0.0), v(0.048, 0.012, 0.135), 24, 10);
+        s.grid([20, 12], [false, false], |a, b| {
+            let z = mix(-0.015, 0.134, b);
+            let wide = 0.051 * (1.0 - (z / 0.139) * (z / 0.139)).sqrt();
+            let high = mix(0.06, 0.012, b * b);
+            v(-wide * cos(PI * a), 0.008 + high * sin(PI * a), z)
         });
     });
     for (x, z, angle) in [(1.92, 1.75, 1.3), (1.9, 1.95, 1.75)] {

@@ -37,10 +37,10 @@ fn generate(seed: u64) -> Generated {
     }
     Generated {
         mesh: shape.into_mesh(),
-        camera: camera(v(3.3, 2.7, 4.9), v(0.05, -0.1, 0.0), 37.0),
+        camera: camera(v(3.3, 2.7, 4.9), v(0.0, 0.0, 0.0), 27.0),
         lights: vec![
-            light("sky", aimed_quad(v(-3.0, 6.0, 3.0), V::ZERO, 3.0, 3.0), 10.0, v(1.0, 0.97, 0.9)),
-            light("lamp", LightShape::Point { position: glam::vec3(6.0, 2.5, 1.5) }, 30.0, V::ONE),
+            light("sky", aimed_quad(v(-3.0, 6.0, 3.0), V::ZERO, 3.0, 3.0), 60.0, v(1.0, 0.97, 0.9)),
+            light("lamp", LightShape::Point { position: glam::vec3(6.0, 2.5, 1.5) }, 120.0, V::ONE),
         ],
         ao_radius: 0.4,
     }

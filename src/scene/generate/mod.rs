@@ -3,9 +3,13 @@
 //! A scene is a function of its seed and the same bit for bit on every platform. A new one is a
 //! file here with its entry, and a line in [`GENERATORS`].
 
+mod atrium;
 mod bedroom;
+mod carnival;
 mod equal_soup;
 mod kit;
+mod mad_science;
+mod shadow_overlap;
 mod ship;
 
 use super::{Camera, Light};
@@ -34,7 +38,15 @@ pub struct Generated {
 }
 
 /// All generators.
-pub static GENERATORS: &[&GeneratorEntry] = &[&bedroom::ENTRY, &ship::ENTRY, &equal_soup::ENTRY];
+pub static GENERATORS: &[&GeneratorEntry] = &[
+    &mad_science::ENTRY,
+    &carnival::ENTRY,
+    &bedroom::ENTRY,
+    &atrium::ENTRY,
+    &ship::ENTRY,
+    &shadow_overlap::ENTRY,
+    &equal_soup::ENTRY,
+];
 
 /// The generator called `name`.
 pub fn find(name: &str) -> Option<&'static GeneratorEntry> {

@@ -11,8 +11,7 @@ mod sweeps;
 
 pub(crate) use illumination::{aimed_quad, camera, down_quad, light};
 pub(crate) use math::{
-    PI, Place, Rng, TAU, V, aim, at, cos, mix, noise, scaled, sin, sin_cos, stand, tilted, turned,
-    v,
+    PI, Place, Rng, TAU, V, at, cos, mix, noise, scaled, sin, sin_cos, stand, tilted, turned, v,
 };
 pub(crate) use nature::{blade, leaf, plant};
 pub(crate) use props::{

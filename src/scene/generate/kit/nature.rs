@@ -2,7 +2,7 @@
 
 use super::math::{Place, Rng, TAU, V, mix, sin_cos, tilted, v};
 use super::shape::Shape;
-use super::sweeps::{curve, spline};
+use super::sweeps::curve;
 
 impl Shape {
     /// A blade or fibre rooted at `root` that leans by `lean`: `2 pieces - 1` triangles. `side` is
@@ -110,24 +110,4 @@ pub(crate) fn plant(rng: &mut Rng, height: f64, stems: u32, leaves: u32, pieces:
             }
         }
     })
-}
-
-impl Shape {
-    /// A climber along `points`: a stem with `leaves` leaves of length `size`.
-    pub(crate) fn garland(
-        &mut self,
-        rng: &mut Rng,
-        points: &[V],
-        radius: f64,
-        (leaves, size): (u32, f64),
-    ) {
-        let path = spline(points, 6);
-        self.tube(&path, (radius, radius * 0.5), 5);
-        let leaf = leaf(3, 0.6, 0.2);
-        for _ in 0..leaves {
-            let p = path[rng.below(path.len())];
-            let place = tilted(p, rng.angle(), rng.range(-0.8, 0.8), rng.range(-0.8, 0.8));
-            self.add(&leaf, place * Place::from_scale(V::splat(size * rng.range(0.6, 1.2))));
-        }
-    }
 }

@@ -13,7 +13,7 @@ pub(crate) fn book(thickness: f64, height: f64, depth: f64) -> Shape {
             s.block(foot, v(cover, height, depth));
         }
         let spine = v(0.0, 0.0, depth * 0.5 + cover);
-        s.bevelled(spine, v(thickness + 0.001, height, 0.004), 0.0015);
+        s.block(spine, v(thickness + 0.001, height + 0.0006, 0.004));
         let pages = v(thickness - 2.0 * cover, height - 0.008, depth - 0.012);
         s.block(v(0.0, 0.004, -0.002), pages);
     })
@@ -129,7 +129,8 @@ pub(crate) fn pillow(seed: u64, size: V, [around, rings]: [u32; 2]) -> Shape {
             let r = profile(t);
             for i in 0..around {
                 let (sin, cos) = sin_cos(TAU * f64::from(i) / f64::from(around));
-                let stretch = 1.0 / (cos.powi(4) + sin.powi(4)).sqrt().sqrt();
+                let (c2, s2) = (cos * cos, sin * sin);
+                let stretch = 1.0 / (c2 * c2 + s2 * s2).sqrt().sqrt();
                 let (x, z) = (r * cos * stretch, r * sin * stretch);
                 let swell = (1.0 - r * r * r).sqrt();
                 let crease = 1.0 + 0.22 * noise(seed, 3.0 * x + 9.0 * t, 3.0 * z);
@@ -192,17 +193,17 @@ pub(crate) fn chest(size: V, rows: u32, columns: u32) -> Shape {
     })
 }
 
-/// A person in coat or trousers, standing or with an arm up, of about 500 triangles.
+/// A person in coat or trousers, standing or with an arm up, of about 450 triangles.
 pub(crate) fn figure(rng: &mut Rng, height: f64) -> Shape {
     let shape = Shape::of(|s| {
         let coat = rng.unit() < 0.4;
         let hem = if coat { 0.45 } else { 0.85 };
         let wide = if coat { 0.2 } else { 0.15 };
         let body = [(0.0, hem), (wide, hem), (0.14, 1.0), (0.17, 1.3), (0.15, 1.42), (0.06, 1.49)];
-        let torso = Shape::of(|s| s.lathe(&body, 12));
+        let torso = Shape::of(|s| s.lathe(&body, 10));
         s.add(&torso, Place::from_scale(v(1.15, 1.0, 0.72)));
-        s.rod(v(0.0, 1.45, 0.0), v(0.0, 1.58, 0.01), 0.05, 8);
-        s.ellipsoid(v(0.0, 1.65, 0.015), v(0.085, 0.115, 0.1), 12, 8);
+        s.rod(v(0.0, 1.45, 0.0), v(0.0, 1.58, 0.01), 0.05, 6);
+        s.ellipsoid(v(0.0, 1.65, 0.015), v(0.085, 0.115, 0.1), 10, 7);
         if rng.unit() < 0.35 {
             s.cylinder(0.16, 1.7, 1.715, 14);
             s.cylinder(0.095, 1.7, 1.83, 14);
@@ -211,7 +212,7 @@ pub(crate) fn figure(rng: &mut Rng, height: f64) -> Shape {
         for x in [-1.0, 1.0] {
             let foot = v(0.1 * x, 0.05, stride * x);
             let knee = v(0.1 * x, 0.48, 0.45 * stride * x + 0.03);
-            s.tube(&[v(0.085 * x, 0.92, 0.0), knee, foot], (0.085, 0.05), 8);
+            s.tube(&[v(0.085 * x, 0.92, 0.0), knee, foot], (0.085, 0.05), 7);
             s.block(v(0.1 * x, 0.0, stride * x + 0.05), v(0.09, 0.08, 0.24));
             let raised = rng.unit() < 0.25;
             let shoulder = v(0.185 * x, 1.38, 0.0);
@@ -220,27 +221,28 @@ pub(crate) fn figure(rng: &mut Rng, height: f64) -> Shape {
             } else {
                 (v(0.25 * x, 1.1, -0.3 * stride * x), v(0.24 * x, 0.85, 0.1 - 0.6 * stride * x))
             };
-            s.tube(&[shoulder, elbow, hand], (0.055, 0.035), 7);
-            s.ball(hand, 0.048, 7, 5);
+            s.tube(&[shoulder, elbow, hand], (0.055, 0.035), 6);
+            s.ball(hand, 0.048, 6, 4);
         }
     });
     shape.placed(Place::from_scale(V::splat(height / 1.77)))
 }
 
-/// A sitting teddy bear, 40 cm high at scale 1.
-pub(crate) fn teddy(scale: f64) -> Shape {
+/// A sitting teddy bear, 40 cm high at scale 1; `sides` around its belly.
+pub(crate) fn teddy(scale: f64, sides: u32) -> Shape {
+    let (most, some, few) = (sides, sides * 2 / 3, sides * 5 / 12);
     let shape = Shape::of(|s| {
-        s.ellipsoid(v(0.0, 0.125, 0.0), v(0.11, 0.13, 0.1), 24, 16);
-        s.ellipsoid(v(0.0, 0.3, 0.01), v(0.09, 0.085, 0.085), 24, 16);
-        s.ellipsoid(v(0.0, 0.28, 0.09), v(0.04, 0.032, 0.035), 16, 10);
-        s.ball(v(0.0, 0.293, 0.124), 0.012, 10, 6);
+        s.ellipsoid(v(0.0, 0.125, 0.0), v(0.11, 0.13, 0.1), most, some);
+        s.ellipsoid(v(0.0, 0.3, 0.01), v(0.09, 0.085, 0.085), most, some);
+        s.ellipsoid(v(0.0, 0.28, 0.09), v(0.04, 0.032, 0.035), some, few);
+        s.ball(v(0.0, 0.293, 0.124), 0.012, few, 4);
         for x in [-1.0, 1.0] {
-            s.ellipsoid(v(0.07 * x, 0.37, 0.0), v(0.035, 0.035, 0.018), 14, 8);
-            s.ball(v(0.035 * x, 0.325, 0.083), 0.009, 8, 6);
-            s.tube(&[v(0.09 * x, 0.2, 0.02), v(0.15 * x, 0.12, 0.09)], (0.04, 0.034), 12);
-            s.ball(v(0.15 * x, 0.12, 0.09), 0.036, 12, 8);
-            s.tube(&[v(0.06 * x, 0.05, 0.04), v(0.11 * x, 0.048, 0.19)], (0.052, 0.045), 12);
-            s.ellipsoid(v(0.112 * x, 0.058, 0.2), v(0.048, 0.058, 0.034), 14, 8);
+            s.ellipsoid(v(0.07 * x, 0.37, 0.0), v(0.035, 0.035, 0.018), some, few);
+            s.ball(v(0.035 * x, 0.325, 0.083), 0.009, few, 4);
+            s.tube(&[v(0.09 * x, 0.2, 0.02), v(0.15 * x, 0.12, 0.09)], (0.04, 0.034), few);
+            s.ball(v(0.15 * x, 0.12, 0.09), 0.036, few, few);
+            s.tube(&[v(0.06 * x, 0.05, 0.04), v(0.11 * x, 0.048, 0.19)], (0.052, 0.045), few);
+            s.ellipsoid(v(0.112 * x, 0.058, 0.2), v(0.048, 0.058, 0.034), some, few);
         }
     });
     shape.placed(Place::from_scale(V::splat(scale)))
@@ -260,9 +262,9 @@ impl Shape {
             s.lathe(&profile, sides);
             // The shade has a thickness, and pleats.
             s.grid([sides * 3, 10], [true, false], |u, w| {
-                let (sin, cos) = sin_cos(-TAU * u);
-                let r = h * mix(0.36, 0.2, w) * (1.0 + 0.012 * super::math::sin(TAU * 36.0 * u));
-                v(r * cos, mix(0.56 * h, h, w), r * sin)
+                let (sin_u, cos_u) = sin_cos(-TAU * u);
+                let r = h * mix(0.36, 0.2, w) * (1.0 + 0.012 * sin(TAU * 36.0 * u));
+                v(r * cos_u, mix(0.56 * h, h, w), r * sin_u)
             });
             for k in 0..3 {
                 let (sin, cos) = sin_cos(TAU * f64::from(k) / 3.0);
@@ -313,16 +315,16 @@ impl Shape {
 
     /// A coil about the upright axis through the origin.
     pub(crate) fn coil(&mut self, radius: f64, (low, high): (f64, f64), turns: u32, wire: f64) {
-        let path = curve(turns * 20, |t| {
+        let path = curve(turns * 16, |t| {
             let (s, c) = sin_cos(TAU * f64::from(turns) * t);
             v(radius * c, mix(low, high, t), radius * s)
         });
-        self.tube(&path, (wire, wire), 6);
+        self.tube(&path, (wire, wire), 4);
     }
 
     /// Chain links from `a` straight down to height `low`, each turned by a quarter.
     pub(crate) fn chain(&mut self, a: V, low: f64, link: f64) {
-        let ring = Self::of(|s| s.torus(V::ZERO, 0.36 * link, 0.1 * link, 10, 5))
+        let ring = Self::of(|s| s.torus(V::ZERO, 0.36 * link, 0.1 * link, 8, 4))
             .placed(tilted(V::ZERO, 0.0, PI * 0.5, 0.0) * Place::from_scale(v(0.75, 1.0, 1.3)));
         let count = ((a.y - low) / (0.72 * link)) as u32;
         for i in 0..count {

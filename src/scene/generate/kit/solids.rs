@@ -1,6 +1,6 @@
 //! Boxes, lathed bodies, spheres and tori.
 
-use super::math::{PI, TAU, V, mix, sin_cos, v};
+use super::math::{PI, TAU, V, at, mix, scaled, sin_cos, v};
 use super::shape::Shape;
 use std::collections::HashMap;
 
@@ -100,6 +100,17 @@ impl Shape {
         self.lathe(&[(0.0, low), (radius, low), (radius, high), (0.0, high)], sides);
     }
 
+    /// A [`lathe`](Self::lathe) that stands at `foot`.
+    pub(crate) fn lathe_at(&mut self, foot: V, profile: &[(f64, f64)], sides: u32) {
+        let body = Self::of(|s| s.lathe(profile, sides));
+        self.add(&body, at(foot));
+    }
+
+    /// A [`cylinder`](Self::cylinder) that stands at `foot`.
+    pub(crate) fn cylinder_at(&mut self, foot: V, radius: f64, height: f64, sides: u32) {
+        self.lathe_at(foot, &[(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)], sides);
+    }
+
     /// A sphere of rings and sides: `2 sides (rings - 1)` triangles.
     pub(crate) fn ball(&mut self, center: V, radius: f64, sides: u32, rings: u32) {
         self.ellipsoid(center, V::splat(radius), sides, rings);
@@ -114,7 +125,7 @@ impl Shape {
             })
             .collect();
         let unit = Self::of(|s| s.lathe(&profile, sides));
-        self.add(&unit, super::math::scaled(center, 0.0, radii));
+        self.add(&unit, scaled(center, 0.0, radii));
     }
 
     /// A sphere of nearly equal triangles: `20 * 4^level`.
@@ -167,15 +178,10 @@ impl Shape {
     /// A ring about the upright axis: `2 around across` triangles.
     pub(crate) fn torus(&mut self, center: V, radius: f64, tube: f64, around: u32, across: u32) {
         self.grid([across, around], [true, true], |u, w| {
-            let ((su, cu), (sw, cw)) = (sin_cos(-TAU * u), sin_cos(TAU * w));
+            let ((su, cu), (sw, cw)) = (sin_cos(TAU * u), sin_cos(TAU * w));
             let r = radius + tube * cu;
             center + v(r * cw, tube * su, r * sw)
         });
-    }
-
-    /// A disk of `sides` triangles at height `y`, facing up.
-    pub(crate) fn disk(&mut self, radius: f64, y: f64, sides: u32) {
-        self.lathe(&[(radius, y), (0.0, y)], sides);
     }
 
     /// A wall in the plane `z = 0`, `size.0` wide about x = 0 and `size.1` high, as eight
@@ -206,8 +212,7 @@ impl Shape {
         }
     }
 
-    /// A profile from `(t, radius)` knots at even heights would be tedious to write: this gives
-    /// `n` cells of `f`, which maps 0..1 to radius, from height `low` to `high`.
+    /// A body of revolution from height `low` to `high` in `n` rings; `f` maps 0..1 to radius.
     pub(crate) fn turned_body(
         &mut self,
         low: f64,

@@ -1,6 +1,6 @@
 //! Things swept along a path: tubes, rods, arches.
 
-use super::math::{PI, TAU, V, mix, sin_cos, v};
+use super::math::{PI, TAU, V, aim, mix, sin_cos, v};
 use super::shape::Shape;
 
 /// `n + 1` points of a curve over 0..1.
@@ -72,6 +72,14 @@ impl Shape {
     /// A straight closed rod.
     pub(crate) fn rod(&mut self, a: V, b: V, radius: f64, sides: u32) {
         self.tube(&[a, b], (radius, radius), sides);
+    }
+
+    /// A thin three-sided rod with open ends: 6 triangles.
+    pub(crate) fn cord(&mut self, a: V, b: V, radius: f64) {
+        let place = aim(a, b - a);
+        let mut cord = Self::new();
+        cord.lathe(&[(radius, 0.0), (radius, (b - a).length())], 3);
+        self.add(&cord, place);
     }
 
     /// A wall over a round arch: `width` by `height` in x and y from the springing line (y = 0),
