@@ -39,8 +39,8 @@ pub struct PreparedRay {
     /// Subtracted from the exit planes: the origin, moved backwards by the padding.
     far_origin: Vec3,
     reciprocal: Vec3,
-    /// Whether the entry plane of each axis is the upper one.
-    descending: [bool; 3],
+    /// For each axis 1 if the entry plane is the upper one, else 0.
+    descending: [usize; 3],
     /// Interval of the box test: the ray's own, padded.
     box_t_min: f32,
     box_t_max: f32,
@@ -116,7 +116,7 @@ impl PreparedRay {
             near_origin,
             far_origin,
             reciprocal,
-            descending,
+            descending: descending.map(usize::from),
             box_t_min: t_min - t_slack,
             box_t_max: t_max + t_slack,
             shear: watertight::Shear::new(origin, direction),
@@ -129,18 +129,10 @@ impl PreparedRay {
     /// Conservative: padded, never too late.
     #[inline(always)]
     fn enter_until(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
-        let [sx, sy, sz] = self.descending;
-        let pick = |upper: bool, lo: f32, hi: f32| if upper { hi } else { lo };
-        let near = Vec3::new(
-            pick(sx, bounds.min.x, bounds.max.x),
-            pick(sy, bounds.min.y, bounds.max.y),
-            pick(sz, bounds.min.z, bounds.max.z),
-        );
-        let far = Vec3::new(
-            pick(sx, bounds.max.x, bounds.min.x),
-            pick(sy, bounds.max.y, bounds.min.y),
-            pick(sz, bounds.max.z, bounds.min.z),
-        );
+        let corners = [bounds.min, bounds.max];
+        let [x, y, z] = self.descending;
+        let near = Vec3::new(corners[x].x, corners[y].y, corners[z].z);
+        let far = Vec3::new(corners[1 - x].x, corners[1 - y].y, corners[1 - z].z);
         let entry = (near - self.near_origin) * self.reciprocal;
         let exit = (far - self.far_origin) * self.reciprocal;
         let entry = entry.x.max(entry.y).max(entry.z.max(self.box_t_min));

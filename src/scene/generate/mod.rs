@@ -1,36 +1,54 @@
-//! Scenes made by code, by name: deterministic for a seed.
+//! Procedural scenes: counterparts of the paper's six static benchmark scenes and a control.
+//!
+//! A scene is a function of its seed and the same bit for bit on every platform. A new one is a
+//! file here with its entry, and a line in [`GENERATORS`].
+
+mod atrium;
+mod bedroom;
+mod carnival;
+mod equal_soup;
+mod kit;
+mod mad_science;
+mod shadow_overlap;
+mod ship;
 
 use super::{Camera, Light};
 use crate::geometry::TriangleMesh;
 
-/// A generator and its line in `sato list`.
-#[derive(Debug)]
+/// A scene that can be named in a scene file.
 pub struct GeneratorEntry {
-    /// The name by which it is asked for.
+    /// The name: lower case, with hyphens.
     pub name: &'static str,
-    /// What it makes, in a line.
+    /// What it shows, in a line.
     pub about: &'static str,
-    /// Makes it; equal seeds give equal scenes.
+    /// Makes it; the seed varies the scattered details.
     pub generate: fn(seed: u64) -> Generated,
 }
 
-/// What a generator makes.
-#[derive(Clone, Debug)]
+/// A scene fresh from its generator, in metres with y up.
 pub struct Generated {
     /// The triangles.
     pub mesh: TriangleMesh,
-    /// A view that shows what the scene is for.
+    /// A view worth looking at.
     pub camera: Camera,
-    /// The lights.
+    /// Lights whose soft shadows fall into the view.
     pub lights: Vec<Light>,
-    /// Length of ambient-occlusion rays that suits the scene, in its units.
+    /// Suggested length of finite ambient-occlusion rays.
     pub ao_radius: f32,
 }
 
 /// All generators.
-pub static GENERATORS: &[&GeneratorEntry] = &[];
+pub static GENERATORS: &[&GeneratorEntry] = &[
+    &mad_science::ENTRY,
+    &carnival::ENTRY,
+    &bedroom::ENTRY,
+    &atrium::ENTRY,
+    &ship::ENTRY,
+    &shadow_overlap::ENTRY,
+    &equal_soup::ENTRY,
+];
 
 /// The generator called `name`.
 pub fn find(name: &str) -> Option<&'static GeneratorEntry> {
-    GENERATORS.iter().find(|entry| entry.name == name).copied()
+    GENERATORS.iter().copied().find(|entry| entry.name == name)
 }
