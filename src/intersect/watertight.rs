@@ -55,7 +55,8 @@ impl Shear {
     /// the triangle has no area in the plane across the ray.
     #[inline(always)]
     pub(super) fn passes_through(&self, triangle: &Triangle) -> bool {
-        let [a, b, c] = triangle.0.map(|v| self.project(v));
+        let [a, b, c] = triangle.0;
+        let [a, b, c] = [self.project(a), self.project(b), self.project(c)];
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];

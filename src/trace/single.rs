@@ -67,7 +67,8 @@ fn any_hit_by<F: FirstChild, C: Counter>(tree: &Bvh2, ray: &Ray, counter: &mut C
             }
         } else {
             let node: &Node2 = &tree.nodes[current.node_index()];
-            let entry = node.bounds.each_ref().map(|b| prepared.enter(b));
+            let [a, b] = &node.bounds;
+            let entry = [prepared.enter(a), prepared.enter(b)];
             match entry {
                 [Some(first), Some(second)] => {
                     let swap = usize::from(F::is_second([first, second]));
@@ -121,7 +122,8 @@ pub fn closest_hit(tree: &Bvh2, ray: &Ray) -> Option<Hit> {
         } else {
             let node = &tree.nodes[child.node_index()];
             let limit = best_t(&best);
-            let entry = node.bounds.each_ref().map(|b| prepared.enter_before(b, limit));
+            let [a, b] = &node.bounds;
+            let entry = [prepared.enter_before(a, limit), prepared.enter_before(b, limit)];
             match entry {
                 [Some(first), Some(second)] => {
                     let swap = usize::from(NearFirst::is_second([first, second]));
