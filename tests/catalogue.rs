@@ -13,7 +13,7 @@ fn check_names<'a>(what: &str, entries: impl Iterator<Item = (&'a str, &'a str)>
         assert!(seen.insert(name), "{what} {name} is listed twice");
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         assert!(!name.is_empty() && name.chars().all(plain), "{what} {name:?}");
-        assert!(about.len() > 10 && !about.contains('\n'), "{what} {name}: {about:?}");
+        assert!(about.len() > 6 && !about.contains('\n'), "{what} {name}: {about:?}");
     }
     assert!(!seen.is_empty(), "no {what}");
 }
