@@ -6,6 +6,7 @@ use common::random::Random;
 use common::{all_specs, built, occluded, scene_of};
 use sato::backend::BackendSpec;
 use sato::geometry::{TriangleMesh, Vec3};
+use sato::order::ORDERS;
 use sato::ray::{Ray, RayBatch, VisitCounts, bit, words_for};
 use sato::scene::Scene;
 
@@ -184,12 +185,16 @@ fn unoccluded_rays_visit_the_same_nodes_under_every_order() {
         backend.occluded_counted(&RayBatch { rays: &rays }, &mut words, &mut counts);
         (words, counts)
     };
-    let (words, near) = counts_of("bvh2:order=near");
-    let open: Vec<_> = (0..rays.len()).filter(|&i| !bit(&words, i)).collect();
-    assert!(open.len() > 100, "{} rays pass", open.len());
-    for order in sato::order::ORDERS {
-        let (_, counts) = counts_of(&format!("bvh2:order={}", order.name));
-        assert!(open.iter().all(|&i| counts[i] == near[i]), "{}", order.name);
+    let kd_orders = ORDERS.iter().filter(|o| o.plan_kd.is_some());
+    let all = [("bvh2", ORDERS.to_vec()), ("kd", kd_orders.copied().collect())];
+    for (name, orders) in all {
+        let (words, near) = counts_of(&format!("{name}:order=near"));
+        let open: Vec<_> = (0..rays.len()).filter(|&i| !bit(&words, i)).collect();
+        assert!(open.len() > 100, "{} rays pass", open.len());
+        for order in orders {
+            let (_, counts) = counts_of(&format!("{name}:order={}", order.name));
+            assert!(open.iter().all(|&i| counts[i] == near[i]), "{name} {}", order.name);
+        }
     }
 }
 
@@ -237,7 +242,7 @@ fn closed_meshes_do_not_leak() {
         rays.push(Ray::new(origin, target - origin, f32::INFINITY));
     }
     let scene = scene_of(mesh);
-    for text in ["brute", "bvh2"] {
+    for text in ["brute", "bvh2", "kd", "kd:splits=perfect"] {
         let rays = if text == "brute" { &rays[..5000] } else { &rays[..] };
         let words = occluded(&*built(&text.parse().unwrap(), &scene), rays);
         let leaks = (0..rays.len()).filter(|&i| !bit(&words, i)).count();

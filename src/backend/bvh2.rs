@@ -62,10 +62,16 @@ impl Bvh2Backend {
         }
         let builder = build::find(spec.value("builder")).expect("specs are checked");
         let order = order::find(spec.value("order")).expect("specs are checked");
+        if order.needs_training && context.training.is_none() {
+            return Err(Error::Backend {
+                backend: spec.to_string(),
+                message: format!("order={} needs recorded rays to learn from", order.name),
+            });
+        }
         let start = Instant::now();
         let mut tree = (builder.build)(mesh);
         let built = Instant::now();
-        let order_context = OrderContext { mesh, seed: context.seed };
+        let order_context = OrderContext { mesh, seed: context.seed, training: context.training };
         let plan = (order.plan_bvh2)(&mut tree, &order_context);
         let stats = BuildStats {
             build_ms: (built - start).as_secs_f64() * 1e3,

@@ -26,4 +26,4 @@ pub type Check = fn(&BackendSpec) -> std::result::Result<(), String>;
 
 /// All backends, in the order in which they are listed.
 pub static BACKENDS: &[&BackendEntry] =
-    &[&super::brute::ENTRY, &super::bvh2::ENTRY, &super::embree::ENTRY];
+    &[&super::brute::ENTRY, &super::bvh2::ENTRY, &super::kd::ENTRY, &super::embree::ENTRY];

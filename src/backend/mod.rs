@@ -4,12 +4,14 @@ mod brute;
 mod bvh2;
 pub mod catalogue;
 mod embree;
+mod kd;
 mod spec;
 
 pub use spec::{BackendSpec, Choice, Key};
 
 use crate::Result;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
+use crate::ray_set::RaySet;
 use crate::scene::Scene;
 
 /// A structure built from a scene's triangles that answers rays.
@@ -68,6 +70,8 @@ pub struct BuildContext<'a> {
     pub threads: usize,
     /// Seed of anything random in the structure (`order=random`).
     pub seed: u64,
+    /// Recorded rays for what learns from them (`order=trained`), representative of those to come.
+    pub training: Option<&'a RaySet>,
 }
 
 /// Builds the backend that `spec` names.

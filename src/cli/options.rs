@@ -116,5 +116,6 @@ pub(super) fn build_backend(
     scene: &Scene,
     seed: u64,
 ) -> Result<Box<dyn Accelerator>> {
-    build(spec, &BuildContext { scene, threads: rayon::current_num_threads(), seed })
+    let threads = rayon::current_num_threads();
+    build(spec, &BuildContext { scene, threads, seed, training: None })
 }

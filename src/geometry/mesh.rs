@@ -14,9 +14,11 @@ impl Triangle {
     }
 
     /// Area in scene units squared, computed in `f64`.
+    #[inline]
     pub fn area(&self) -> f64 {
-        let [a, b, c] = self.0.map(|v| v.as_dvec3());
-        0.5 * (b - a).cross(c - a).length()
+        let [a, b, c] = self.0;
+        let (ab, ac) = (b.as_dvec3() - a.as_dvec3(), c.as_dvec3() - a.as_dvec3());
+        0.5 * ab.cross(ac).length()
     }
 
     /// Unit geometric normal by the right-hand rule; zero for a degenerate triangle.

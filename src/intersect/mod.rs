@@ -129,6 +129,12 @@ impl PreparedRay {
     /// Conservative: padded, never too late.
     #[inline(always)]
     fn enter_until(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
+        let [entry, exit] = self.interval_until(bounds, t_max);
+        (entry <= exit).then_some(entry)
+    }
+
+    #[inline(always)]
+    fn interval_until(&self, bounds: &Aabb, t_max: f32) -> [f32; 2] {
         let corners = [bounds.min, bounds.max];
         let [x, y, z] = self.descending;
         let near = Vec3::new(corners[x].x, corners[y].y, corners[z].z);
@@ -137,7 +143,26 @@ impl PreparedRay {
         let exit = (far - self.far_origin) * self.reciprocal;
         let entry = entry.x.max(entry.y).max(entry.z.max(self.box_t_min));
         let exit = exit.x.min(exit.y).min(exit.z.min(t_max));
-        (entry <= exit).then_some(entry)
+        [entry, exit]
+    }
+
+    /// Where the ray is inside `bounds`, from its entry to its exit, within its interval; `None` if
+    /// it misses. The entry is that of [`enter`](Self::enter).
+    #[inline(always)]
+    pub fn interval(&self, bounds: &Aabb) -> Option<[f32; 2]> {
+        let [entry, exit] = self.interval_until(bounds, self.box_t_max);
+        (entry <= exit).then_some([entry, exit])
+    }
+
+    /// The box test's arithmetic on one axis, for trees of single planes.
+    #[inline]
+    pub fn axis(&self, axis: usize) -> AxisRay {
+        AxisRay {
+            near_origin: self.near_origin[axis],
+            far_origin: self.far_origin[axis],
+            reciprocal: self.reciprocal[axis],
+            descending: self.descending[axis] == 1,
+        }
     }
 
     /// Where the ray enters `bounds` within its interval; `None` if it misses.
@@ -178,6 +203,34 @@ impl PreparedRay {
     /// The hit at internal distance `t`, in the caller's units.
     pub fn hit(&self, t: f32, triangle: u32) -> Hit {
         Hit { t: t * self.t_scale, triangle }
+    }
+}
+
+/// A prepared ray on one axis. [`PreparedRay::interval`] of a box is, bit for bit, the interval from
+/// the latest of its entry planes' [`entry`](Self::entry) to the earliest of its exit planes'
+/// [`exit`](Self::exit), cut to that of the ray.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AxisRay {
+    near_origin: f32,
+    far_origin: f32,
+    reciprocal: f32,
+    /// Whether the ray goes towards lower coordinates (by sign bit, for directions of zero).
+    pub descending: bool,
+}
+
+impl AxisRay {
+    /// Where the ray enters what lies behind the plane at `position`; padded, never too late. Never
+    /// NaN for a finite `position`, and monotone along the ray.
+    #[inline(always)]
+    pub fn entry(&self, position: f32) -> f32 {
+        (position - self.near_origin) * self.reciprocal
+    }
+
+    /// Where the ray leaves what lies before the plane at `position`; padded, never too early, and
+    /// never before its [`entry`](Self::entry).
+    #[inline(always)]
+    pub fn exit(&self, position: f32) -> f32 {
+        (position - self.far_origin) * self.reciprocal
     }
 }
 

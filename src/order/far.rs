@@ -6,5 +6,7 @@ use crate::tree::Plan;
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "far",
     about: "back to front: the child that the ray enters last",
+    needs_training: false,
     plan_bvh2: |_, _| Plan::Far,
+    plan_kd: Some(|_, _| Plan::Far),
 };

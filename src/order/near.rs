@@ -6,5 +6,7 @@ use crate::tree::Plan;
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "near",
     about: "front to back: the child that the ray enters first",
+    needs_training: false,
     plan_bvh2: |_, _| Plan::Near,
+    plan_kd: Some(|_, _| Plan::Near),
 };

@@ -1,9 +1,11 @@
 //! Traversal kernels. They know plans, not heuristics; counting is a type parameter, so that timed
 //! runs do not count.
 
+pub mod kd;
 pub mod single;
 
 use crate::ray::VisitCounts;
+use crate::tree::ChildRef;
 
 /// What a kernel tells of its visits.
 pub trait Counter {
@@ -11,6 +13,11 @@ pub trait Counter {
     fn node(&mut self);
     /// So many triangles were tested.
     fn triangles(&mut self, count: usize);
+    /// As [`node`](Self::node), for those who want to know which one.
+    #[inline(always)]
+    fn enter(&mut self, _child: ChildRef) {
+        self.node();
+    }
 }
 
 /// Counts nothing, at no cost.

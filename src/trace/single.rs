@@ -57,7 +57,7 @@ fn any_hit_by<F: FirstChild, C: Counter>(tree: &Bvh2, ray: &Ray, counter: &mut C
     let mut pending = 0;
     let mut current = root;
     loop {
-        counter.node();
+        counter.enter(current);
         if current.is_leaf() {
             for triangle in &tree.triangles[current.leaf_slots()] {
                 counter.triangles(1);

@@ -67,6 +67,16 @@ pub struct Node2 {
     pub counts: [u32; 2],
 }
 
+impl Node2 {
+    /// Makes child 1 child 0 and the other way round, with all that belongs to them.
+    #[inline]
+    pub fn swap_children(&mut self) {
+        self.bounds.swap(0, 1);
+        self.children.swap(0, 1);
+        self.counts.swap(0, 1);
+    }
+}
+
 /// A binary tree over the triangles of a mesh.
 ///
 /// Nodes lie in depth-first order, a parent before its children. Each triangle lies in exactly one

@@ -1,13 +1,16 @@
 //! Tree layouts, each with its validator, and the plan by which any-hit kernels walk them.
 
 mod bvh2;
+mod kd;
 
 pub use bvh2::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
+pub use kd::{KD_INTERSECTION_COST, KD_MAX_DEPTH, KD_MAX_NODES, KD_TRAVERSAL_COST, KdNode, KdTree};
 
 /// How an any-hit kernel chooses between two children that the ray meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plan {
-    /// Child 0 first, whatever the ray.
+    /// The order that the tree itself holds, whatever the ray: child 0 first, or as each node's bit
+    /// says.
     Slots,
     /// The child that the ray enters first.
     Near,

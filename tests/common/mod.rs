@@ -7,6 +7,7 @@ use sato::backend::catalogue::BACKENDS;
 use sato::backend::{Accelerator, BackendSpec, BuildContext, build};
 use sato::geometry::{TriangleMesh, Vec3};
 use sato::ray::{Ray, RayBatch, words_for};
+use sato::ray_set::RaySet;
 use sato::scene::{Camera, Defaults, Scene};
 
 /// Every spec that the catalogue offers in this build: all values of all keys.
@@ -42,9 +43,14 @@ pub fn scene_of(mesh: TriangleMesh) -> Scene {
     }
 }
 
-/// Builds `spec` on `scene`, on two threads.
+/// Builds `spec` on `scene`, on two threads, with rays to learn from.
 pub fn built(spec: &BackendSpec, scene: &Scene) -> Box<dyn Accelerator> {
-    build(spec, &BuildContext { scene, threads: 2, seed: 1 }).expect("builds")
+    let mut random = random::Random::new(1);
+    let rays: Vec<_> = (0..500).map(|_| random.ray()).collect();
+    let mut training = RaySet::default();
+    training.push_batch(&rays);
+    let context = BuildContext { scene, threads: 2, seed: 1, training: Some(&training) };
+    build(spec, &context).expect("builds")
 }
 
 /// The answers for all rays, as one batch.

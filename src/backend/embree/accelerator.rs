@@ -209,7 +209,7 @@ mod tests {
             defaults: Defaults { ao_radius: 1.0, size: [8, 8] },
             warnings: Vec::new(),
         };
-        let context = BuildContext { scene: &scene, threads: 2, seed: 0 };
+        let context = BuildContext { scene: &scene, threads: 2, seed: 0, training: None };
         for quality in ["low", "medium", "high"] {
             let spec: BackendSpec = format!("embree:quality={quality}").parse().unwrap();
             let text = match build_within(0, &spec, &context) {

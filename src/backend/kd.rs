@@ -1,0 +1,123 @@
+//! The kd-tree: any order that means something for one, one ray at a time.
+
+use super::catalogue::BackendEntry;
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
+use crate::build::kd_sah::{self, Splits};
+use crate::order::OrderContext;
+use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
+use crate::trace::{Counter, NoCount, kd};
+use crate::tree::{KdTree, Plan};
+use crate::{Error, Result, order};
+use std::time::Instant;
+
+pub(super) static ENTRY: BackendEntry = BackendEntry {
+    name: "kd",
+    about: "native kd-tree by surface-area heuristic",
+    keys: &[
+        Key {
+            name: "order",
+            about: "which child a shadow ray visits first",
+            choices: || {
+                let orders = order::ORDERS.iter().filter(|o| o.plan_kd.is_some());
+                orders.map(|o| Choice { name: o.name, about: o.about }).collect()
+            },
+            default: "node-sato",
+        },
+        Key {
+            name: "splits",
+            about: "in which cells a triangle is listed",
+            choices: || {
+                vec![
+                    Choice { name: "boxes", about: "those that the triangle's box reaches into" },
+                    Choice {
+                        name: "perfect",
+                        about: "those that the triangle itself reaches into",
+                    },
+                ]
+            },
+            default: "boxes",
+        },
+        Key {
+            name: "trace",
+            about: "how rays are taken through the tree",
+            choices: || vec![Choice { name: "single", about: "one ray at a time" }],
+            default: "single",
+        },
+    ],
+    unavailable: None,
+    check: None,
+    build: |spec, context| Ok(Box::new(KdBackend::new(spec, context)?)),
+};
+
+struct KdBackend {
+    tree: KdTree,
+    plan: Plan,
+    stats: BuildStats,
+}
+
+impl KdBackend {
+    fn new(spec: &BackendSpec, context: &BuildContext<'_>) -> Result<Self> {
+        let mesh = &context.scene.mesh;
+        let plan_kd = order::find(spec.value("order")).and_then(|o| o.plan_kd);
+        let plan_kd = plan_kd.expect("specs are checked");
+        let splits = match spec.value("splits") {
+            "perfect" => Splits::Perfect,
+            _ => Splits::Boxes,
+        };
+        let start = Instant::now();
+        let mut tree = kd_sah::build(mesh, splits)
+            .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
+        let built = Instant::now();
+        let plan = plan_kd(
+            &mut tree,
+            &OrderContext { mesh, seed: context.seed, training: context.training },
+        );
+        let order_ms = built.elapsed().as_secs_f64() * 1e3;
+        let per_triangle = tree.references.len() as f64 / tree.triangles.len().max(1) as f64;
+        let stats = BuildStats {
+            build_ms: (built - start).as_secs_f64() * 1e3,
+            order_ms,
+            memory_bytes: tree.memory_bytes(),
+            inner_nodes: Some(tree.inner_count() as u64),
+            leaves: Some((tree.leaf_count() + tree.empty_leaf_count()) as u64),
+            sah_cost: Some(tree.sah_cost()),
+            notes: vec![
+                format!("{per_triangle:.2} references per triangle"),
+                format!("{} empty leaves", tree.empty_leaf_count()),
+            ],
+        };
+        Ok(Self { tree, plan, stats })
+    }
+
+    fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
+        kd::any_hit(&self.tree, self.plan, ray, counter)
+    }
+}
+
+impl Accelerator for KdBackend {
+    fn build_stats(&self) -> &BuildStats {
+        &self.stats
+    }
+
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        kd::closest_hit(&self.tree, ray)
+    }
+
+    fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        for (index, ray) in batch.rays.iter().enumerate() {
+            set_bit(occluded, index, self.any_hit(ray, &mut NoCount));
+        }
+    }
+
+    fn occluded_counted(
+        &self,
+        batch: &RayBatch<'_>,
+        occluded: &mut [u64],
+        counts: &mut [VisitCounts],
+    ) -> bool {
+        for (index, (ray, counts)) in batch.rays.iter().zip(counts).enumerate() {
+            set_bit(occluded, index, self.any_hit(ray, counts));
+        }
+        true
+    }
+}

@@ -1,0 +1,181 @@
+//! RTSAH (Ize and Hansen, "RTSAH Traversal Order for Occlusion Rays", Computer Graphics Forum
+//! 30(2), 2011) for kd-trees, as in the Manta ray tracer.
+//!
+//! Of lines through a cell, a share `p_lower` passes through the lower side and `p_upper` through
+//! the upper one. The two fill the cell, so `p_both = p_lower + p_upper - 1` pass through both, and
+//! only these ask which comes first. With `cost` and `open`, the expected cost of a subtree and the
+//! share of lines that it lets through:
+//! ```text
+//! cost = T + p_only_lower cost_l + p_only_upper cost_u
+//!          + p_both min(cost_l + open_l cost_u, cost_u + open_u cost_l)
+//! open = p_only_lower open_l + p_only_upper open_u + p_both open_l open_u
+//! ```
+
+use crate::geometry::Aabb;
+use crate::order::OrderContext;
+use crate::tree::{KD_INTERSECTION_COST, KD_TRAVERSAL_COST, KdNode, KdTree, Plan};
+
+/// Subtrees of more nodes are worth another thread.
+const PARALLEL_NODES: usize = 1 << 15;
+
+/// The side first that makes a random line's expected cost the lower one.
+pub fn rtsah(tree: &mut KdTree, _: &OrderContext<'_>) -> Plan {
+    if !tree.nodes.is_empty() {
+        visit(&mut tree.nodes, 0, tree.bounds);
+    }
+    Plan::Slots
+}
+
+/// What random lines through a node's cell meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Expectation {
+    cost: f64,
+    /// Share of lines that get through. Leaves stop all, unless they are empty.
+    open: f64,
+}
+
+/// An empty leaf is not visited, so it costs nothing.
+const EMPTY: Expectation = Expectation { cost: 0.0, open: 1.0 };
+
+/// Sets the bits of the subtree that `nodes` is, the first of which has index `base`.
+fn visit(nodes: &mut [KdNode], base: usize, cell: Aabb) -> Expectation {
+    let (node, below) = nodes.split_first_mut().expect("a subtree has a root");
+    if node.is_leaf() {
+        let count = node.leaf_range().len() as f64;
+        return Expectation { cost: count * KD_INTERSECTION_COST + KD_TRAVERSAL_COST, open: 0.0 };
+    }
+    let cells = KdTree::split_cell(&cell, *node);
+    let shares = shares(&cell, &cells, node.axis());
+    if node.is_single() {
+        let upper = usize::from(node.upper_first());
+        let mut sides = [EMPTY; 2];
+        sides[upper] = visit(below, base + 1, cells[upper]);
+        return combined(shares, sides).0;
+    }
+    let (lower, upper) = below.split_at_mut(node.upper_child() - base - 1);
+    let upper_base = node.upper_child();
+    let sides = if lower.len().min(upper.len()) > PARALLEL_NODES {
+        let sides =
+            rayon::join(|| visit(lower, base + 1, cells[0]), || visit(upper, upper_base, cells[1]));
+        [sides.0, sides.1]
+    } else {
+        [visit(lower, base + 1, cells[0]), visit(upper, upper_base, cells[1])]
+    };
+    let (expectation, upper_first) = combined(shares, sides);
+    node.set_upper_first(upper_first);
+    expectation
+}
+
+/// The shares of lines through `cell` that pass through its sides.
+#[inline]
+fn shares(cell: &Aabb, cells: &[Aabb; 2], axis: usize) -> [f64; 2] {
+    let size = cell.max.as_dvec3() - cell.min.as_dvec3();
+    let (u, v) = (size[(axis + 1) % 3], size[(axis + 2) % 3]);
+    let half_area = |length: f64| u * v + (u + v) * length;
+    let whole = half_area(size[axis]);
+    // Lines that meet a cell without a surface meet all of it.
+    let share = |cell: &Aabb| {
+        let length = f64::from(cell.max[axis]) - f64::from(cell.min[axis]);
+        if whole > 0.0 { half_area(length) / whole } else { 1.0 }
+    };
+    [share(&cells[0]), share(&cells[1])]
+}
+
+/// The expectation of a node, and whether its upper side comes first; ties keep the lower one.
+#[inline]
+fn combined([p_lower, p_upper]: [f64; 2], [lower, upper]: [Expectation; 2]) -> (Expectation, bool) {
+    let (only_lower, only_upper, both) = (1.0 - p_upper, 1.0 - p_lower, p_lower + p_upper - 1.0);
+    let lower_first = lower.cost + lower.open * upper.cost;
+    let upper_first = upper.cost + upper.open * lower.cost;
+    let expectation = Expectation {
+        cost: KD_TRAVERSAL_COST
+            + only_lower * lower.cost
+            + only_upper * upper.cost
+            + both * lower_first.min(upper_first),
+        open: only_lower * lower.open + only_upper * upper.open + both * lower.open * upper.open,
+    };
+    (expectation, upper_first < lower_first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::kd_sah::{Splits, build};
+    use crate::test_random::Random;
+    use glam::Vec3;
+
+    /// Two unit cubes side by side: the shares are those of the reference table's adjacent boxes.
+    #[test]
+    fn shares_of_adjacent_boxes() {
+        let cell = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 1.0, 1.0) };
+        let (mut lower, mut upper) = (cell, cell);
+        (lower.max.x, upper.min.x) = (1.0, 1.0);
+        let [p_lower, p_upper] = shares(&cell, &[lower, upper], 0);
+        assert!((p_lower - 0.428571).abs() < 1e-6 && (p_upper - 0.714286).abs() < 1e-6);
+        assert!((p_lower + p_upper - 1.0 - 0.142857).abs() < 1e-6);
+    }
+
+    /// Lines are drawn one by one, and the cheaper order is found by walking.
+    #[test]
+    fn the_cost_is_that_of_simulated_lines() {
+        let sides = [Expectation { cost: 5.0, open: 0.75 }, Expectation { cost: 3.0, open: 0.25 }];
+        let (p_lower, p_upper) = (0.6, 0.7);
+        let (expected, upper_first) = combined([p_lower, p_upper], sides);
+        assert!(upper_first);
+        let mut random = Random::new(46);
+        let lines = 400_000;
+        let (mut cost, mut open) = (0.0, 0.0);
+        for _ in 0..lines {
+            let place = f64::from(random.unit());
+            // Only lower, both, only upper.
+            let meets = [place < p_lower, place >= 1.0 - p_upper];
+            cost += KD_TRAVERSAL_COST;
+            let mut gone_through = true;
+            for side in [1, 0] {
+                if meets[side] && gone_through {
+                    cost += sides[side].cost;
+                    gone_through = f64::from(random.unit()) < sides[side].open;
+                }
+            }
+            open += f64::from(u8::from(gone_through));
+        }
+        let n = f64::from(lines);
+        assert!((cost / n - expected.cost).abs() < 0.02, "{} {expected:?}", cost / n);
+        assert!((open / n - expected.open).abs() < 0.005, "{} {expected:?}", open / n);
+    }
+
+    #[test]
+    fn mirrored_sides_flip_the_bit_and_ties_keep_the_lower() {
+        let mut random = Random::new(47);
+        for _ in 0..1000 {
+            let mut side = || Expectation {
+                cost: f64::from(random.unit()) * 10.0,
+                open: f64::from(random.unit()),
+            };
+            let [a, b] = [side(), side()];
+            assert_ne!(combined([0.7, 0.6], [a, b]).1, combined([0.6, 0.7], [b, a]).1);
+            assert!(!combined([0.7, 0.6], [a, a]).1);
+            let open = combined([0.7, 0.6], [a, b]).0.open;
+            assert!((0.0..=1.0).contains(&open));
+            // An empty side never comes first.
+            assert!(!combined([0.7, 0.6], [Expectation { open: 0.0, ..a }, EMPTY]).1);
+        }
+    }
+
+    #[test]
+    fn any_number_of_threads_sets_the_same_bits() {
+        let mesh = Random::new(48).mesh(30_000);
+        let tree = build(&mesh, Splits::Perfect).unwrap();
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut tree = tree.clone();
+            pool.install(|| {
+                rtsah(&mut tree, &OrderContext { seed: 0, ..OrderContext::new(&mesh) })
+            });
+            tree
+        };
+        let (one, three) = (on(1), on(3));
+        assert!(one.nodes.len() > 2 * PARALLEL_NODES && one == three);
+        assert!(one.nodes.iter().any(|n| n.has_two() && n.upper_first()));
+    }
+}

@@ -1,0 +1,24 @@
+//! PrimNumTO (Nah and Manocha, "SATO: Surface-Area Traversal Order for Shadow Ray Tracing",
+//! Computer Graphics Forum 33(6), 2014): children by number of triangles.
+//!
+//! Fewest first, as the heuristic gives few triangles to nodes with large ones; Embree's builder
+//! sorts likewise. The paper does not say which way round for hierarchies of boxes, so the other
+//! one is here too.
+
+use super::{OrderEntry, kd, swap_where};
+
+pub(super) static FEWEST: OrderEntry = OrderEntry {
+    name: "prim-num",
+    about: "the child with the fewest triangles first",
+    needs_training: false,
+    plan_bvh2: |tree, _| swap_where(tree, |_, node| node.counts[1] < node.counts[0]),
+    plan_kd: Some(kd::prim_num),
+};
+
+pub(super) static MOST: OrderEntry = OrderEntry {
+    name: "prim-num-most",
+    about: "the child with the most triangles first",
+    needs_training: false,
+    plan_bvh2: |tree, _| swap_where(tree, |_, node| node.counts[1] > node.counts[0]),
+    plan_kd: Some(kd::prim_num_most),
+};

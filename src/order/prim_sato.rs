@@ -1,0 +1,104 @@
+//! PrimSATO (Nah and Manocha, "SATO: Surface-Area Traversal Order for Shadow Ray Tracing", Computer
+//! Graphics Forum 33(6), 2014): the child whose triangles are larger first, by their mean area or
+//! by the largest one. Areas are those of whole triangles.
+
+use super::bottom_up::{BottomUp, sort_bottom_up};
+use super::{OrderContext, OrderEntry, kd};
+use crate::geometry::{Aabb, Triangle};
+use crate::tree::{Bvh2, Node2, Plan};
+
+pub(super) static MEAN: OrderEntry = OrderEntry {
+    name: "prim-sato-avg",
+    about: "surface-area traversal order: the child with the larger mean triangle first",
+    needs_training: false,
+    plan_bvh2: |tree, context| plan(tree, context, |areas, count| areas.sum / f64::from(count)),
+    plan_kd: Some(kd::prim_sato_average),
+};
+
+pub(super) static LARGEST: OrderEntry = OrderEntry {
+    name: "prim-sato-max",
+    about: "surface-area traversal order: the child with the largest triangle first",
+    needs_training: false,
+    plan_bvh2: |tree, context| plan(tree, context, |areas, _| areas.largest),
+    plan_kd: Some(kd::prim_sato_max),
+};
+
+fn plan<F: Fn(&Areas, u32) -> f64 + Sync>(tree: &mut Bvh2, _: &OrderContext<'_>, key: F) -> Plan {
+    sort_bottom_up(tree, &ByTriangleArea { key });
+    Plan::Slots
+}
+
+/// Areas of the triangles of a subtree.
+#[derive(Clone, Copy, Default)]
+struct Areas {
+    sum: f64,
+    largest: f64,
+}
+
+/// Larger keys first; a key is computed from the areas and the number of triangles.
+struct ByTriangleArea<F> {
+    key: F,
+}
+
+impl<F: Fn(&Areas, u32) -> f64 + Sync> BottomUp for ByTriangleArea<F> {
+    type Summary = Areas;
+    type Own = ();
+
+    fn leaf(&self, triangles: &[Triangle], _: &Aabb) -> Areas {
+        let mut all = Areas::default();
+        for area in triangles.iter().map(Triangle::area) {
+            all.sum += area;
+            all.largest = all.largest.max(area);
+        }
+        all
+    }
+
+    fn own(&self, _: &Node2) {}
+
+    fn node(&self, node: &Node2, (): &(), below: &[Areas; 2]) -> (Areas, bool) {
+        let key = |side: usize| (self.key)(&below[side], node.counts[side]);
+        let all = Areas {
+            sum: below[0].sum + below[1].sum,
+            largest: below[0].largest.max(below[1].largest),
+        };
+        (all, key(1) > key(0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build;
+    use crate::test_random::Random;
+    use crate::tree::ChildRef;
+
+    fn areas(tree: &Bvh2, child: ChildRef) -> Vec<f64> {
+        if child.is_leaf() {
+            return tree.triangles[child.leaf_slots()].iter().map(Triangle::area).collect();
+        }
+        let node = &tree.nodes[child.node_index()];
+        node.children.iter().flat_map(|c| areas(tree, *c)).collect()
+    }
+
+    fn mean(areas: &[f64]) -> f64 {
+        areas.iter().sum::<f64>() / areas.len() as f64
+    }
+
+    fn largest(areas: &[f64]) -> f64 {
+        areas.iter().copied().fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn child_0_has_the_larger_triangles() {
+        let mesh = Random::new(31).mesh(5000);
+        for (entry, key) in [(&MEAN, mean as fn(&[f64]) -> f64), (&LARGEST, largest)] {
+            let mut tree = (build::find("binned").unwrap().build)(&mesh);
+            (entry.plan_bvh2)(&mut tree, &OrderContext::new(&mesh));
+            tree.validate(&mesh).unwrap();
+            for node in &tree.nodes {
+                let [first, second] = node.children.map(|c| key(&areas(&tree, c)));
+                assert!(first >= second * (1.0 - 1e-12), "{}: {first} {second}", entry.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Traversal orders: the paper's own example, ties, threads, and what needs recorded rays.
+
+mod common;
+
+use common::random::Random;
+use common::scene_of;
+use sato::backend::{BuildContext, build};
+use sato::geometry::{Aabb, TriangleMesh, Vec3};
+use sato::order::{ORDERS, OrderContext, find};
+use sato::ray::Ray;
+use sato::ray_set::RaySet;
+use sato::trace::{Counter, single};
+use sato::tree::{Bvh2, ChildRef, Node2};
+
+/// Names nodes and triangles as the paper's slides do.
+struct Names<'a> {
+    tree: &'a Bvh2,
+    leaf: std::ops::Range<usize>,
+    visits: Vec<String>,
+}
+
+impl Counter for Names<'_> {
+    fn node(&mut self) {}
+
+    fn triangles(&mut self, count: usize) {
+        for slot in self.leaf.by_ref().take(count) {
+            self.visits.push(format!("T{}", self.tree.triangle_ids[slot]));
+        }
+    }
+
+    fn enter(&mut self, child: ChildRef) {
+        if child.is_leaf() {
+            self.leaf = child.leaf_slots();
+            self.visits.push(["N1", "N3", "N4"][self.leaf.start / 2].into());
+        } else {
+            self.visits.push(["N0", "N2"][child.node_index()].into());
+        }
+    }
+}
+
+/// The example of the slides "SATO: Surface-Area Traversal Order for Ray Tracing" (Nah, 2013): a
+/// large occluder behind small triangles that the ray passes.
+#[test]
+fn the_example_of_the_slides() {
+    let small = |x: f32, y: f32| [[x, y, 0.0], [x, y + 1.0, 0.0], [x, y, 1.0]];
+    let large = |x: f32| [[x, -9.0, -9.0], [x, 30.0, -9.0], [x, -9.0, 30.0]];
+    let corners = [
+        large(9.0),
+        large(8.0),
+        small(2.0, 0.0),
+        small(3.0, 0.0),
+        small(4.0, 5.0),
+        small(5.0, 5.0),
+    ];
+    let mesh = TriangleMesh::new(
+        corners.iter().flatten().map(|c| Vec3::from_array(*c)).collect(),
+        (0..6).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+    );
+    let triangle_ids = vec![0, 1, 4, 5, 2, 3];
+    let bounds_of = |ids: &[u32]| {
+        ids.iter().fold(Aabb::EMPTY, |b, &i| b.union(mesh.triangle(i as usize).bounds()))
+    };
+    let leaf = |first| ChildRef::leaf(first, 2);
+    let tree = Bvh2 {
+        nodes: vec![
+            Node2 {
+                bounds: [bounds_of(&[2, 3, 4, 5]), bounds_of(&[0, 1])],
+                children: [ChildRef::inner(1), leaf(0)],
+                counts: [4, 2],
+            },
+            Node2 {
+                bounds: [bounds_of(&[4, 5]), bounds_of(&[2, 3])],
+                children: [leaf(2), leaf(4)],
+                counts: [2, 2],
+            },
+        ],
+        root: Some(ChildRef::inner(0)),
+        bounds: bounds_of(&triangle_ids),
+        triangles: triangle_ids.iter().map(|&i| mesh.triangle(i as usize)).collect(),
+        triangle_ids,
+    };
+    tree.validate(&mesh).unwrap();
+    // Through the boxes of T2 and T3, past both; past the box of N3; into T0 and T1.
+    let ray = Ray::new(Vec3::new(0.0, 0.9, 0.9), Vec3::X, f32::INFINITY);
+    let visits = |order: &str| {
+        let mut tree = tree.clone();
+        let plan = (find(order).unwrap().plan_bvh2)(&mut tree, &OrderContext::new(&mesh));
+        let mut names = Names { tree: &tree, leaf: 0..0, visits: Vec::new() };
+        assert!(single::any_hit(&tree, plan, &ray, &mut names), "{order}");
+        names.visits.join(" ")
+    };
+    assert_eq!(visits("near"), "N0 N2 N4 T2 T3 N1 T0");
+    for order in ["node-sato", "prim-sato-avg", "prim-sato-max", "prim-num", "rtsah", "p-over-c"] {
+        assert_eq!(visits(order), "N0 N1 T0", "{order}");
+    }
+}
+
+fn built(mesh: &TriangleMesh) -> Bvh2 {
+    (sato::build::find("binned").unwrap().build)(mesh)
+}
+
+/// A number for the triangles below a child: the larger one comes first.
+type Key<'a> = &'a dyn Fn(&[u32]) -> f64;
+
+/// Every triangle below a child, from the mesh.
+fn triangles_below(tree: &Bvh2, child: ChildRef) -> Vec<u32> {
+    if child.is_leaf() {
+        return tree.triangle_ids[child.leaf_slots()].to_vec();
+    }
+    let children = tree.nodes[child.node_index()].children;
+    children.iter().flat_map(|c| triangles_below(tree, *c)).collect()
+}
+
+/// Against areas and counts from the triangles themselves, on every node, ties included.
+#[test]
+fn simple_keys_agree_with_brute_force() {
+    let mut random = Random::new(31);
+    // The second one is full of ties.
+    let grid: Vec<_> = (0..2000).map(|_| random.point().round()).collect();
+    let triangles = (0..600).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let meshes = [(0, random.mesh(4000)), (1, TriangleMesh::new(grid, triangles))];
+    for (least_ties, mesh) in meshes {
+        let area = |ids: &[u32]| {
+            let corners = ids.iter().flat_map(|&i| mesh.triangle(i as usize).0);
+            let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+            for corner in corners {
+                for axis in 0..3 {
+                    min[axis] = min[axis].min(f64::from(corner[axis]));
+                    max[axis] = max[axis].max(f64::from(corner[axis]));
+                }
+            }
+            let [x, y, z] = [0, 1, 2].map(|axis| max[axis] - min[axis]);
+            2.0 * (x * y + y * z + z * x)
+        };
+        let fewest = |ids: &[u32]| -(ids.len() as f64);
+        let most = |ids: &[u32]| ids.len() as f64;
+        let keys: [(&str, Key<'_>); 3] =
+            [("node-sato", &area), ("prim-num", &fewest), ("prim-num-most", &most)];
+        // Neither order is what the builder happens to leave.
+        let mut before = built(&mesh);
+        (find("random").unwrap().plan_bvh2)(&mut before, &OrderContext::new(&mesh));
+        for (order, key) in keys {
+            let mut after = before.clone();
+            (find(order).unwrap().plan_bvh2)(&mut after, &OrderContext::new(&mesh));
+            after.validate(&mesh).unwrap();
+            let mut ties = 0;
+            for (before_node, after_node) in before.nodes.iter().zip(&after.nodes) {
+                let keys = before_node.children.map(|c| key(&triangles_below(&before, c)));
+                let mut expected = *before_node;
+                if keys[1] > keys[0] {
+                    expected.swap_children();
+                }
+                ties += u32::from(keys[0] == keys[1]);
+                assert_eq!(*after_node, expected, "{order}: {keys:?}");
+            }
+            assert!(ties >= least_ties, "{order}: {ties}");
+        }
+    }
+}
+
+/// Orders change nothing but the order, and the same way on any number of threads.
+#[test]
+fn orders_are_the_same_on_any_number_of_threads() {
+    let mut random = Random::new(32);
+    let mesh = random.mesh(40_000);
+    let rays: Vec<_> = (0..3000).map(|_| random.ray()).collect();
+    let mut training = RaySet::default();
+    training.push_batch(&rays);
+    let before = built(&mesh);
+    for order in ORDERS {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut tree = before.clone();
+            let context = OrderContext { mesh: &mesh, seed: 5, training: Some(&training) };
+            let plan = pool.install(|| (order.plan_bvh2)(&mut tree, &context));
+            (tree, plan)
+        };
+        let ((one, plan), (three, other_plan)) = (on(1), on(3));
+        assert_eq!((plan, &one.nodes), (other_plan, &three.nodes), "{}", order.name);
+        one.validate(&mesh).unwrap();
+    }
+}
+
+#[test]
+fn trees_without_inner_nodes_have_any_order() {
+    for count in 0..3 {
+        let mesh = Random::new(33).mesh(count);
+        for order in ORDERS {
+            let mut tree = built(&mesh);
+            (order.plan_bvh2)(&mut tree, &OrderContext::new(&mesh));
+            tree.validate(&mesh).unwrap();
+        }
+    }
+}
+
+#[test]
+fn orders_that_learn_ask_for_rays() {
+    let scene = scene_of(Random::new(34).mesh(100));
+    for order in ORDERS.iter().filter(|o| o.needs_training) {
+        let spec = format!("bvh2:order={}", order.name).parse().unwrap();
+        let context = BuildContext { scene: &scene, threads: 1, seed: 0, training: None };
+        let refusal = build(&spec, &context).err().expect("refused").to_string();
+        assert!(refusal.contains("needs recorded rays"), "{refusal}");
+    }
+}
