@@ -1,10 +1,10 @@
-//! The binary tree: any builder, any order, one ray at a time.
+//! The binary tree: any builder, any order, ray by ray or in packets.
 
 use super::catalogue::BackendEntry;
 use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
 use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
-use crate::trace::{Counter, NoCount, single};
+use crate::trace::{Counter, NoCount, packet, single};
 use crate::tree::{Bvh2, ChildRef, Plan};
 use crate::{Error, Result, build, order};
 use std::time::Instant;
@@ -32,7 +32,12 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         Key {
             name: "trace",
             about: "how rays are taken through the tree",
-            choices: || vec![Choice { name: "single", about: "one ray at a time" }],
+            choices: || {
+                vec![
+                    Choice { name: "single", about: "one ray at a time" },
+                    Choice { name: "packet", about: "64 consecutive rays of a batch at a time" },
+                ]
+            },
             default: "single",
         },
     ],
@@ -44,6 +49,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
 struct Bvh2Backend {
     tree: Bvh2,
     plan: Plan,
+    in_packets: bool,
     stats: BuildStats,
 }
 
@@ -82,7 +88,8 @@ impl Bvh2Backend {
             sah_cost: Some(tree.sah_cost()),
             notes: Vec::new(),
         };
-        Ok(Self { tree, plan, stats })
+        let in_packets = spec.value("trace") == "packet";
+        Ok(Self { tree, plan, in_packets, stats })
     }
 
     fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
@@ -100,6 +107,12 @@ impl Accelerator for Bvh2Backend {
     }
 
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        if self.in_packets {
+            for (rays, word) in batch.rays.chunks(packet::PACKET_SIZE).zip(occluded) {
+                *word = packet::any_hit(&self.tree, self.plan, rays, NoCount);
+            }
+            return;
+        }
         for (index, ray) in batch.rays.iter().enumerate() {
             set_bit(occluded, index, self.any_hit(ray, &mut NoCount));
         }
@@ -111,6 +124,14 @@ impl Accelerator for Bvh2Backend {
         occluded: &mut [u64],
         counts: &mut [VisitCounts],
     ) -> bool {
+        if self.in_packets {
+            let packets = batch.rays.chunks(packet::PACKET_SIZE);
+            let counts = counts.chunks_mut(packet::PACKET_SIZE);
+            for ((rays, word), counts) in packets.zip(occluded).zip(counts) {
+                *word = packet::any_hit(&self.tree, self.plan, rays, counts);
+            }
+            return true;
+        }
         for (index, (ray, counts)) in batch.rays.iter().zip(counts).enumerate() {
             set_bit(occluded, index, self.any_hit(ray, counts));
         }

@@ -51,6 +51,18 @@ pub struct PreparedRay {
     t_scale: f32,
 }
 
+/// What the box test computes with, for kernels that test several rays at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slabs {
+    pub(crate) near_origin: Vec3,
+    pub(crate) far_origin: Vec3,
+    pub(crate) reciprocal: Vec3,
+    pub(crate) descending: [bool; 3],
+    /// Infinite rather than NaN, which the box test ignores.
+    pub(crate) t_min: f32,
+    pub(crate) t_max: f32,
+}
+
 impl PreparedRay {
     /// Prepares `ray` for tests against boxes and triangles within `bounds`; `None` if it hits
     /// nothing by definition (see [`Ray`]).
@@ -198,6 +210,26 @@ impl PreparedRay {
         // Not before the box is entered, so that a hit found earlier cannot hide this one in one
         // tree and not in another. Adding zero turns -0 into 0: ties are told by value.
         self.enter(&triangle.bounds()).map(|entry| (t as f32).max(entry) + 0.0)
+    }
+
+    /// What the box test computes with.
+    #[inline(always)]
+    pub(crate) fn slabs(&self) -> Slabs {
+        let or = |t: f32, unbounded: f32| if t.is_nan() { unbounded } else { t };
+        Slabs {
+            near_origin: self.near_origin,
+            far_origin: self.far_origin,
+            reciprocal: self.reciprocal,
+            descending: self.descending.map(|side| side == 1),
+            t_min: or(self.box_t_min, f32::NEG_INFINITY),
+            t_max: or(self.box_t_max, f32::INFINITY),
+        }
+    }
+
+    /// What the triangle test computes with.
+    #[inline(always)]
+    pub(crate) fn shear(&self) -> &watertight::Shear {
+        &self.shear
     }
 
     /// The hit at internal distance `t`, in the caller's units.

@@ -17,14 +17,12 @@ use glam::Vec3;
 
 /// The shear that turns a ray into the third axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shear {
-    origin: Vec3,
-    /// The axes, the last one being the direction's largest.
-    kx: usize,
-    ky: usize,
-    kz: usize,
-    sx: f32,
-    sy: f32,
+pub(crate) struct Shear {
+    pub(crate) origin: Vec3,
+    /// The last one being the direction's largest.
+    pub(crate) axes: [usize; 3],
+    /// What the third coordinate is multiplied by, to be subtracted from the first and second.
+    pub(crate) factors: [f32; 2],
 }
 
 impl Shear {
@@ -40,15 +38,16 @@ impl Shear {
         };
         let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
         let dz = direction[kz];
-        Self { origin, kx, ky, kz, sx: direction[kx] / dz, sy: direction[ky] / dz }
+        Self { origin, axes: [kx, ky, kz], factors: [direction[kx] / dz, direction[ky] / dz] }
     }
 
     /// The vertex in sheared coordinates, across the ray.
     #[inline(always)]
     fn project(&self, vertex: Vec3) -> [f32; 2] {
         let v = vertex - self.origin;
-        let z = v[self.kz];
-        [v[self.kx] - self.sx * z, v[self.ky] - self.sy * z]
+        let ([kx, ky, kz], [sx, sy]) = (self.axes, self.factors);
+        let z = v[kz];
+        [v[kx] - sx * z, v[ky] - sy * z]
     }
 
     /// Whether the ray's line passes through the closed triangle, in whatever direction; `false` if

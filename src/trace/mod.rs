@@ -2,6 +2,7 @@
 //! runs do not count.
 
 pub mod kd;
+pub mod packet;
 pub mod single;
 
 use crate::ray::VisitCounts;

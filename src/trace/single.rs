@@ -9,28 +9,33 @@ use crate::ray::{Hit, Ray};
 use crate::tree::{Bvh2, MAX_DEPTH, Node2, Plan};
 
 /// Which of two children that the ray enters at the given distances comes first.
-trait FirstChild {
+pub(super) trait FirstChild {
+    /// Whether it depends on the ray.
+    const BY_RAY: bool;
     fn is_second(entry: [f32; 2]) -> bool;
 }
 
-struct SlotOrder;
+pub(super) struct SlotOrder;
 impl FirstChild for SlotOrder {
+    const BY_RAY: bool = false;
     #[inline(always)]
     fn is_second(_: [f32; 2]) -> bool {
         false
     }
 }
 
-struct NearFirst;
+pub(super) struct NearFirst;
 impl FirstChild for NearFirst {
+    const BY_RAY: bool = true;
     #[inline(always)]
     fn is_second(entry: [f32; 2]) -> bool {
         entry[1] < entry[0]
     }
 }
 
-struct FarFirst;
+pub(super) struct FarFirst;
 impl FirstChild for FarFirst {
+    const BY_RAY: bool = true;
     #[inline(always)]
     fn is_second(entry: [f32; 2]) -> bool {
         entry[1] > entry[0]
