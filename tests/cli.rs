@@ -122,7 +122,16 @@ fn pictures_do_not_depend_on_threads_or_native_backend() {
     };
     let expected = render("1", "brute");
     assert!(expected.iter().any(|b| *b != expected[0]));
-    for backend in ["bvh2", "bvh2:order=near", "bvh2:order=far", "bvh2:order=random"] {
+    let backends = [
+        "bvh2",
+        "bvh2:order=near",
+        "bvh2:order=far",
+        "bvh2:order=random",
+        "bvh2:order=trained",
+        "bvh2:trace=packet",
+        "kd",
+    ];
+    for backend in backends {
         assert_eq!(render("1", backend), expected, "{backend}");
         assert_eq!(render("0", backend), expected, "{backend}, all threads");
     }

@@ -51,8 +51,13 @@ impl BackendSpec {
     /// # Panics
     /// If the backend has no such key: a slip in the backend's own code.
     pub fn value(&self, key: &str) -> &'static str {
-        let index = self.entry().keys.iter().position(|k| k.name == key);
-        self.values[index.unwrap_or_else(|| panic!("{} has no key {key}", self.name))].0
+        self.find_value(key).unwrap_or_else(|| panic!("{} has no key {key}", self.name))
+    }
+
+    /// The value of `key`, given or default; `None` if the backend has no such key.
+    pub fn find_value(&self, key: &str) -> Option<&'static str> {
+        let index = self.entry().keys.iter().position(|k| k.name == key)?;
+        Some(self.values[index].0)
     }
 
     /// The spec with every key written out.
