@@ -31,7 +31,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
                     Choice { name: "boxes", about: "those that the triangle's box reaches into" },
                     Choice {
                         name: "perfect",
-                        about: "those that the triangle itself reaches into",
+                        about: "those that the triangle itself reaches into; rays in its plane may differ",
                     },
                 ]
             },

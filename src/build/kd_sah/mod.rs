@@ -17,7 +17,7 @@
 //! one, as the two intervals overlap. This is all for [`Splits::Boxes`].
 //!
 //! With [`Splits::Perfect`] the same holds, with a smaller box in place of `B`: one around any point
-//! of the triangle, with half the margin that [`clip`] leaves to all sides, cut to `B`. Wherever it
+//! of the triangle, with half the margin that `clip` leaves to all sides, cut to `B`. Wherever it
 //! meets a cell, the clipped box covers it. So a hit is sure to be found if the ray passes a point
 //! of the triangle, not only its box, within the padding. The triangle test's edges see to this with
 //! one exception: a ray in the triangle's plane up to rounding, which passes *beside* it within its

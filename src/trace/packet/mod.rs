@@ -3,7 +3,7 @@
 //!
 //! A packet remembers its first active ray, the lowest that may still hit something below. At a
 //! box that ray is tested first: if it meets the box, the whole packet goes on without another test
-//! (speculative descent). Else the box is tested against [`Interval`](interval::Interval)s around
+//! (speculative descent). Else the box is tested against `Interval`s around
 //! all rays, which rejects it for all at once; else the other rays are tested up to the first that
 //! meets it, which is the first active one below. Rays that have hit are masked from then on, which
 //! also trims them from both ends: the first active ray moves on over them, and a packet without

@@ -45,7 +45,7 @@ impl KdNode {
     }
 
     /// An inner node split at `split` on `axis`; `upper_larger` says which side has the larger
-    /// surface. Both sides have children until [`set_single`](Self::set_single) says otherwise.
+    /// surface. Both sides have children until `set_single` says otherwise.
     pub fn inner(axis: usize, split: f32, upper_larger: bool) -> Self {
         debug_assert!(axis < 3);
         let larger = if upper_larger { Self::UPPER_LARGER } else { 0 };
