@@ -107,34 +107,3 @@ fn packets_that_nothing_stops_visit_the_same_nodes_under_every_plan() {
     }
     assert!(open > 50, "{open} packets pass");
 }
-
-/// Measures; run by name with `--release -- --ignored --nocapture`.
-#[test]
-#[ignore = "a measurement"]
-fn packets_against_single_rays() {
-    let mut random = Random::new(5);
-    let tree = tree(&random.mesh(200_000));
-    for spread in [0.02, 0.2, 4.0] {
-        let tiles: Vec<_> = (0..4000).map(|_| tile(&mut random, 64, spread)).collect();
-        let (mut best, mut hits) = ([f64::INFINITY; 2], 0);
-        for _ in 0..5 {
-            let start = std::time::Instant::now();
-            hits = 0;
-            for ray in tiles.iter().flatten() {
-                hits += u32::from(single::any_hit(&tree, Plan::Slots, ray, &mut NoCount));
-            }
-            best[0] = best[0].min(start.elapsed().as_secs_f64());
-            let start = std::time::Instant::now();
-            let packet_hits: u32 = tiles
-                .iter()
-                .map(|rays| any_hit(&tree, Plan::Slots, rays, NoCount).count_ones())
-                .sum();
-            best[1] = best[1].min(start.elapsed().as_secs_f64());
-            assert_eq!(hits, packet_hits);
-        }
-        let rays = tiles.len() * PACKET_SIZE;
-        let mrays = best.map(|seconds| rays as f64 / seconds * 1e-6);
-        let share = f64::from(hits) / rays as f64;
-        println!("spread {spread}, {share:.2} occluded: {mrays:.2?} million rays a second");
-    }
-}
