@@ -75,14 +75,14 @@ impl Bvh2Backend {
             });
         }
         let start = Instant::now();
-        let mut tree = (builder.build)(mesh);
+        let tree = (builder.build)(mesh);
         let built = Instant::now();
         let order_context = OrderContext { mesh, seed: context.seed, training: context.training };
-        let plan = (order.plan_bvh2)(&mut tree, &order_context);
+        let plan = (order.plan_bvh2)(&tree, &order_context);
         let stats = BuildStats {
             build_ms: (built - start).as_secs_f64() * 1e3,
             order_ms: built.elapsed().as_secs_f64() * 1e3,
-            memory_bytes: tree.memory_bytes(),
+            memory_bytes: tree.memory_bytes() + plan.memory_bytes(),
             inner_nodes: Some(tree.nodes.len() as u64),
             leaves: Some(tree.leaf_count() as u64),
             sah_cost: Some(tree.sah_cost()),
@@ -93,7 +93,7 @@ impl Bvh2Backend {
     }
 
     fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
-        single::any_hit(&self.tree, self.plan, ray, counter)
+        single::any_hit(&self.tree, &self.plan, ray, counter)
     }
 }
 
@@ -109,7 +109,7 @@ impl Accelerator for Bvh2Backend {
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
         if self.in_packets {
             for (rays, word) in batch.rays.chunks(packet::PACKET_SIZE).zip(occluded) {
-                *word = packet::any_hit(&self.tree, self.plan, rays, NoCount);
+                *word = packet::any_hit(&self.tree, &self.plan, rays, NoCount);
             }
             return;
         }
@@ -128,7 +128,7 @@ impl Accelerator for Bvh2Backend {
             let packets = batch.rays.chunks(packet::PACKET_SIZE);
             let counts = counts.chunks_mut(packet::PACKET_SIZE);
             for ((rays, word), counts) in packets.zip(occluded).zip(counts) {
-                *word = packet::any_hit(&self.tree, self.plan, rays, counts);
+                *word = packet::any_hit(&self.tree, &self.plan, rays, counts);
             }
             return true;
         }

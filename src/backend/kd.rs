@@ -65,19 +65,17 @@ impl KdBackend {
             _ => Splits::Boxes,
         };
         let start = Instant::now();
-        let mut tree = kd_sah::build(mesh, splits)
+        let tree = kd_sah::build(mesh, splits)
             .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
         let built = Instant::now();
-        let plan = plan_kd(
-            &mut tree,
-            &OrderContext { mesh, seed: context.seed, training: context.training },
-        );
+        let plan =
+            plan_kd(&tree, &OrderContext { mesh, seed: context.seed, training: context.training });
         let order_ms = built.elapsed().as_secs_f64() * 1e3;
         let per_triangle = tree.references.len() as f64 / tree.triangles.len().max(1) as f64;
         let stats = BuildStats {
             build_ms: (built - start).as_secs_f64() * 1e3,
             order_ms,
-            memory_bytes: tree.memory_bytes(),
+            memory_bytes: tree.memory_bytes() + plan.memory_bytes(),
             inner_nodes: Some(tree.inner_count() as u64),
             leaves: Some((tree.leaf_count() + tree.empty_leaf_count()) as u64),
             sah_cost: Some(tree.sah_cost()),
@@ -90,7 +88,7 @@ impl KdBackend {
     }
 
     fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
-        kd::any_hit(&self.tree, self.plan, ray, counter)
+        kd::any_hit(&self.tree, &self.plan, ray, counter)
     }
 }
 

@@ -55,7 +55,7 @@ fn build(mesh: &TriangleMesh) -> Bvh2 {
     let root = close_up(&mut nodes, root);
     let triangle_ids: Vec<u32> = primitives.iter().map(|p| p.id).collect();
     let triangles = triangle_ids.par_iter().map(|&i| mesh.triangle(i as usize)).collect();
-    Bvh2 { nodes, root, bounds, triangles, triangle_ids }
+    Bvh2::new(nodes, root, bounds, triangles, triangle_ids)
 }
 
 /// Where a range of primitives lies: its first slot among them, the first node slot that it owns,

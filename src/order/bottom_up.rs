@@ -1,7 +1,7 @@
 //! Orders that need a summary of everything below a node: one pass from the leaves to the root.
 
 use crate::geometry::{Aabb, Triangle};
-use crate::tree::{Bvh2, Node2};
+use crate::tree::{Bvh2, Node2, NodeBits};
 use rayon::prelude::*;
 
 /// What a bottom-up order computes.
@@ -31,21 +31,22 @@ pub(super) trait BottomUp: Sync {
 /// stay in cache, enough to be worth a start of threads.
 const BLOCK: usize = 1 << 12;
 
-/// Sorts the children of all nodes on the current rayon pool and returns the summary of the whole
-/// tree, `None` for an empty one. Relies on parents coming before their children.
-pub(super) fn sort_bottom_up<B: BottomUp>(tree: &mut Bvh2, order: &B) -> Option<B::Summary> {
-    let root = tree.root?;
-    let (nodes, triangles) = (&mut tree.nodes, &tree.triangles);
+/// For each node whether child 1 is to come first, found on the current rayon pool, and the summary
+/// of the whole tree, `None` for an empty one. Relies on parents coming before their children.
+pub(super) fn bottom_up<B: BottomUp>(tree: &Bvh2, order: &B) -> (NodeBits, Option<B::Summary>) {
+    let (nodes, triangles) = (&tree.nodes, &tree.triangles);
+    let mut second_first = NodeBits::none(nodes.len());
+    let Some(root) = tree.root else { return (second_first, None) };
     if root.is_leaf() {
-        return Some(order.leaf(&triangles[root.leaf_slots()], &tree.bounds));
+        let summary = order.leaf(&triangles[root.leaf_slots()], &tree.bounds);
+        return (second_first, Some(summary));
     }
     let mut summaries = vec![B::Summary::default(); nodes.len()];
     let mut prepared = vec![<(B::Own, [B::Summary; 2])>::default(); BLOCK.min(nodes.len())];
-    let mut to_swap = vec![0u16; prepared.len() + 1];
     for block in (0..nodes.len().div_ceil(BLOCK)).rev() {
         let first = block * BLOCK;
         let end = nodes.len().min(first + BLOCK);
-        let nodes = &mut nodes[first..end];
+        let nodes = &nodes[first..end];
         let prepared = &mut prepared[..nodes.len()];
         nodes.par_iter().zip(&mut *prepared).with_min_len(256).for_each(|(node, prepared)| {
             prepared.0 = order.own(node);
@@ -56,8 +57,7 @@ pub(super) fn sort_bottom_up<B: BottomUp>(tree: &mut Bvh2, order: &B) -> Option<
                 }
             }
         });
-        // Nodes are first listed, then swapped, and loads are selected: no processor foresees which.
-        let mut count = 0;
+        // Loads are selected: no processor foresees which.
         for (index, (node, (own, leaves))) in nodes.iter().zip(&*prepared).enumerate().rev() {
             let below = |side: usize| {
                 let child = node.children[side];
@@ -65,14 +65,11 @@ pub(super) fn sort_bottom_up<B: BottomUp>(tree: &mut Bvh2, order: &B) -> Option<
                 let inner = summaries[index];
                 if child.is_leaf() { leaves[side] } else { inner }
             };
-            let (summary, second_first) = order.node(node, own, &[below(0), below(1)]);
+            let (summary, second) = order.node(node, own, &[below(0), below(1)]);
             summaries[first + index] = summary;
-            to_swap[count] = index as u16;
-            count += usize::from(second_first);
-        }
-        for &index in &to_swap[..count] {
-            nodes[usize::from(index)].swap_children();
+            second_first.set(first + index, second);
         }
     }
-    Some(summaries[root.node_index()])
+    let summary = summaries[root.node_index()];
+    (second_first, Some(summary))
 }

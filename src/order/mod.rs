@@ -1,9 +1,9 @@
 //! Any-hit traversal orders, and their catalogue.
 //!
-//! An order is data, not code: it compiles a tree into a [`Plan`], by swapping the children of
-//! nodes so that the one to visit first is child 0, or by naming a rule that the ray decides.
-//! Kernels know plans, not heuristics. Where an order cannot tell two children apart, it keeps
-//! them as they are.
+//! An order is data, not code: it compiles a tree into a [`Plan`], a bit for each node that says
+//! which child to visit first, or the name of a rule that the ray decides. Kernels know plans, not
+//! heuristics, and one tree serves any number of orders. Where an order cannot tell two children
+//! apart, child 0 comes first.
 
 mod bottom_up;
 mod far;
@@ -22,8 +22,7 @@ pub use rtsah::line_probability::lines_through_both;
 
 use crate::geometry::TriangleMesh;
 use crate::ray_set::RaySet;
-use crate::tree::{Bvh2, KdTree, Node2, Plan};
-use rayon::prelude::*;
+use crate::tree::{Bvh2, KdTree, Node2, NodeBits, Plan};
 
 /// One traversal order.
 #[derive(Debug)]
@@ -34,10 +33,10 @@ pub struct OrderEntry {
     pub about: &'static str,
     /// Whether it learns from recorded rays: its context must have some.
     pub needs_training: bool,
-    /// Prepares a binary tree on the current rayon pool. Same result for any number of threads.
-    pub plan_bvh2: fn(&mut Bvh2, &OrderContext<'_>) -> Plan,
-    /// Prepares a kd-tree likewise; `None` where the order means nothing for one.
-    pub plan_kd: Option<fn(&mut KdTree, &OrderContext<'_>) -> Plan>,
+    /// The plan for a binary tree, on the current rayon pool. Same for any number of threads.
+    pub plan_bvh2: fn(&Bvh2, &OrderContext<'_>) -> Plan,
+    /// The plan for a kd-tree likewise; `None` where the order means nothing for one.
+    pub plan_kd: Option<fn(&KdTree, &OrderContext<'_>) -> Plan>,
 }
 
 /// What an order may look at besides the tree.
@@ -83,22 +82,8 @@ pub fn find(name: &str) -> Option<&'static OrderEntry> {
     ORDERS.iter().copied().find(|o| o.name == name)
 }
 
-/// Puts child 1 first wherever `second_first` says so of a node (with its index).
-fn swap_where(tree: &mut Bvh2, second_first: impl Fn(usize, &Node2) -> bool + Sync) -> Plan {
-    // Nodes are first listed, then swapped, as no processor foresees which ones.
-    const LIST: usize = 256;
-    // Below a few thousand nodes threads cost more than they bring.
-    let lists = tree.nodes.par_chunks_mut(LIST).with_min_len(32).enumerate();
-    lists.for_each(|(list, nodes)| {
-        let mut to_swap = [0u8; LIST];
-        let mut count = 0;
-        for (index, node) in nodes.iter().enumerate() {
-            to_swap[count] = index as u8;
-            count += usize::from(second_first(list * LIST + index, node));
-        }
-        for &index in &to_swap[..count] {
-            nodes[usize::from(index)].swap_children();
-        }
-    });
-    Plan::Slots
+/// Child 1 first wherever `second_first` says so of a node (with its index).
+fn second_where(tree: &Bvh2, second_first: impl Fn(usize, &Node2) -> bool + Sync) -> Plan {
+    let nodes = &tree.nodes;
+    Plan::Fixed(NodeBits::from_fn(nodes.len(), |index| second_first(index, &nodes[index])))
 }

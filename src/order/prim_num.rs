@@ -5,13 +5,14 @@
 //! sorts likewise. The paper does not say which way round for hierarchies of boxes, so the other
 //! one is here too.
 
-use super::{OrderEntry, kd, swap_where};
+use super::{OrderEntry, kd, second_where};
+use crate::tree::Plan;
 
 pub(super) static FEWEST: OrderEntry = OrderEntry {
     name: "prim-num",
     about: "the child with the fewest triangles first",
     needs_training: false,
-    plan_bvh2: |tree, _| swap_where(tree, |_, node| node.counts[1] < node.counts[0]),
+    plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_fewer.clone()),
     plan_kd: Some(kd::prim_num),
 };
 
@@ -19,6 +20,6 @@ pub(super) static MOST: OrderEntry = OrderEntry {
     name: "prim-num-most",
     about: "the child with the most triangles first",
     needs_training: false,
-    plan_bvh2: |tree, _| swap_where(tree, |_, node| node.counts[1] > node.counts[0]),
+    plan_bvh2: |tree, _| second_where(tree, |_, node| node.counts[1] > node.counts[0]),
     plan_kd: Some(kd::prim_num_most),
 };

@@ -1,13 +1,15 @@
 //! A coin for every node, tossed once from the seed: the control.
 
-use super::{OrderEntry, kd, swap_where};
+use super::{OrderEntry, kd, second_where};
 
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "random",
     about: "a fixed coin toss for every node, from the seed: the control",
     needs_training: false,
-    plan_bvh2: |tree, context| swap_where(tree, |index, _| coin(context.seed, index as u64)),
-    plan_kd: Some(|tree, context| kd::set_where(tree, |index, _| coin(context.seed, index as u64))),
+    plan_bvh2: |tree, context| second_where(tree, |index, _| coin(context.seed, index as u64)),
+    plan_kd: Some(|tree, context| {
+        kd::upper_where(tree, |index, _| coin(context.seed, index as u64))
+    }),
 };
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number

@@ -12,7 +12,7 @@
 use super::{OrderContext, OrderEntry, p_over_c};
 use crate::intersect::PreparedRay;
 use crate::ray::Ray;
-use crate::tree::{Bvh2, ChildRef, Plan};
+use crate::tree::{Bvh2, ChildRef, NodeBits, Plan};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(super) static EXACT: OrderEntry = OrderEntry {
@@ -41,37 +41,36 @@ const LEAST_EVIDENCE: u32 = 8;
 /// Rays that are worth another thread.
 const PARALLEL_RAYS: usize = 256;
 
-/// Whether child 1 should come first.
-type Decision = fn(&Evidence) -> bool;
+/// Whether child 1 should come first; `None` where areas know better.
+type Decision = fn(&Evidence) -> Option<bool>;
 
-fn plan(tree: &mut Bvh2, context: &OrderContext<'_>, decide: Decision) -> Plan {
-    let plan = p_over_c::plan(tree);
-    if let Some(set) = context.training {
-        let stride = set.len().div_ceil(MOST_RAYS).max(1);
-        learn(tree, set.rays().iter().step_by(stride), decide);
-    }
-    plan
+fn plan(tree: &Bvh2, context: &OrderContext<'_>, decide: Decision) -> Plan {
+    let by_areas = p_over_c::second_first(tree);
+    let Some(set) = context.training else { return Plan::Fixed(by_areas) };
+    let stride = set.len().div_ceil(MOST_RAYS).max(1);
+    Plan::Fixed(learn(tree, by_areas, set.rays().iter().step_by(stride), decide).0)
 }
 
-/// Sorts the children of all nodes that rays decide, and returns what each ray that meets the tree
-/// visits from then on.
-fn learn<'a>(tree: &mut Bvh2, rays: impl Iterator<Item = &'a Ray>, decide: Decision) -> Vec<Visit> {
-    let Some(root) = tree.root else { return Vec::new() };
+/// The order of all nodes, `known` where rays do not decide, and what each ray that meets the tree
+/// visits under it.
+fn learn<'a>(
+    tree: &Bvh2,
+    known: NodeBits,
+    rays: impl Iterator<Item = &'a Ray>,
+    decide: Decision,
+) -> (NodeBits, Vec<Visit>) {
+    let Some(root) = tree.root else { return (known, Vec::new()) };
     let rays: Vec<PreparedRay> = rays
         .filter_map(|ray| PreparedRay::new(ray, &tree.bounds))
         .filter(|ray| ray.enter(&tree.bounds).is_some())
         .collect();
-    let second_first = tree.nodes.iter().map(|_| AtomicBool::new(false)).collect();
+    let second_first = (0..tree.nodes.len()).map(|i| AtomicBool::new(known.get(i))).collect();
     let all: Vec<u32> = (0..rays.len() as u32).collect();
     let lesson = Lesson { tree, rays, second_first, decide };
     let visits = lesson.visit(root, &all);
     let second_first = lesson.second_first;
-    for (node, second_first) in tree.nodes.iter_mut().zip(second_first) {
-        if second_first.into_inner() {
-            node.swap_children();
-        }
-    }
-    visits
+    let bits = NodeBits::from_fn(second_first.len(), |i| second_first[i].load(Ordering::Relaxed));
+    (bits, visits)
 }
 
 /// What a ray finds in a subtree whose box it meets.
@@ -120,13 +119,18 @@ impl Evidence {
         }
     }
 
-    fn exact_second_first(&self) -> bool {
-        self.deciding >= LEAST_EVIDENCE && self.cost_if_first[1] < self.cost_if_first[0]
+    fn exact_second_first(&self) -> Option<bool> {
+        let [first, second] = self.cost_if_first;
+        self.decides(first, second)
     }
 
-    fn ratio_second_first(&self) -> bool {
-        self.deciding >= LEAST_EVIDENCE
-            && self.stopped[1] * self.cost[0] > self.stopped[0] * self.cost[1]
+    fn ratio_second_first(&self) -> Option<bool> {
+        self.decides(self.stopped[1] * self.cost[0], self.stopped[0] * self.cost[1])
+    }
+
+    /// Whether the first of two figures is larger; `None` if they are equal or from too few rays.
+    fn decides(&self, a: f64, b: f64) -> Option<bool> {
+        (self.deciding >= LEAST_EVIDENCE && a != b).then_some(a > b)
     }
 }
 
@@ -173,9 +177,10 @@ impl Lesson<'_> {
         for pair in &pairs {
             evidence.add(*pair);
         }
-        let second_first = (self.decide)(&evidence);
-        self.second_first[index].store(second_first, Ordering::Relaxed);
-        let first = usize::from(second_first);
+        if let Some(second_first) = (self.decide)(&evidence) {
+            self.second_first[index].store(second_first, Ordering::Relaxed);
+        }
+        let first = usize::from(self.second_first[index].load(Ordering::Relaxed));
         pairs.iter().map(|pair| in_turn([pair[first], pair[1 - first]])).collect()
     }
 
@@ -217,10 +222,10 @@ mod tests {
         set
     }
 
-    fn counted(tree: &Bvh2, set: &RaySet) -> VisitCounts {
+    fn counted(tree: &Bvh2, plan: &Plan, set: &RaySet) -> VisitCounts {
         let mut counts = VisitCounts::default();
         for ray in set.rays() {
-            any_hit(tree, Plan::Slots, ray, &mut counts);
+            any_hit(tree, plan, ray, &mut counts);
         }
         counts
     }
@@ -230,23 +235,20 @@ mod tests {
         let mut random = Random::new(71);
         let mesh = random.mesh(4000);
         let set = set(&mut random, 6000);
-        let built = (build::find("binned").unwrap().build)(&mesh);
+        let tree = (build::find("binned").unwrap().build)(&mesh);
         let mut cost_of = [0.0; 2];
         for (entry, cost) in [&EXACT, &BY_RATIO].into_iter().zip(&mut cost_of) {
-            let mut tree = built.clone();
             let context = OrderContext { training: Some(&set), ..OrderContext::new(&mesh) };
-            (entry.plan_bvh2)(&mut tree, &context);
-            tree.validate(&mesh).unwrap();
-            let counts = counted(&tree, &set);
-            // Learning again from the same rays changes nothing: so this is the model.
-            let mut again = tree.clone();
+            let plan = (entry.plan_bvh2)(&tree, &context);
+            let counts = counted(&tree, &plan, &set);
             let decide: Decision = if std::ptr::eq(entry, &EXACT) {
                 Evidence::exact_second_first
             } else {
                 Evidence::ratio_second_first
             };
-            let visits = learn(&mut again, set.rays().iter(), decide);
-            assert_eq!(again.nodes, tree.nodes, "{}", entry.name);
+            let known = p_over_c::second_first(&tree);
+            let (bits, visits) = learn(&tree, known, set.rays().iter(), decide);
+            assert_eq!(Plan::Fixed(bits), plan, "{}", entry.name);
             let nodes: u32 = visits.iter().map(|v| v.nodes).sum();
             let triangles: u32 = visits.iter().map(|v| v.triangles).sum();
             assert_eq!(VisitCounts { nodes, triangles }, counts, "{}", entry.name);
@@ -254,9 +256,8 @@ mod tests {
         }
         assert!(cost_of[0] <= cost_of[1] * 1.001, "{cost_of:?}");
         for name in ["random", "node-sato", "prim-num", "prim-sato-avg", "rtsah", "p-over-c"] {
-            let mut tree = built.clone();
-            (order::find(name).unwrap().plan_bvh2)(&mut tree, &OrderContext::new(&mesh));
-            let counts = counted(&tree, &set);
+            let plan = (order::find(name).unwrap().plan_bvh2)(&tree, &OrderContext::new(&mesh));
+            let counts = counted(&tree, &plan, &set);
             assert!(cost_of[0] < f64::from(counts.nodes + counts.triangles), "{name}: {counts:?}");
         }
     }
@@ -264,13 +265,11 @@ mod tests {
     #[test]
     fn without_rays_areas_decide() {
         let mesh = Random::new(72).mesh(2000);
-        let mut learned = (build::find("binned").unwrap().build)(&mesh);
-        let mut by_areas = learned.clone();
+        let tree = (build::find("binned").unwrap().build)(&mesh);
         let empty = RaySet::default();
         let context = OrderContext { training: Some(&empty), ..OrderContext::new(&mesh) };
-        (EXACT.plan_bvh2)(&mut learned, &context);
-        p_over_c::plan(&mut by_areas);
-        assert_eq!(learned.nodes, by_areas.nodes);
+        let learned = (EXACT.plan_bvh2)(&tree, &context);
+        assert_eq!(learned, Plan::Fixed(p_over_c::second_first(&tree)));
     }
 
     #[test]
@@ -300,7 +299,7 @@ mod tests {
             let [a, b] = evidence.cost_if_first;
             if a != b && evidence.deciding >= LEAST_EVIDENCE {
                 let first = usize::from(best_order(&node_rays, 2).0[0]);
-                assert_eq!(first == 1, evidence.exact_second_first());
+                assert_eq!(evidence.exact_second_first(), Some(first == 1));
             }
         }
     }

@@ -14,26 +14,27 @@ use super::Counter;
 use crate::geometry::Aabb;
 use crate::intersect::{AxisRay, PreparedRay};
 use crate::ray::{Hit, Ray};
-use crate::tree::{KD_MAX_DEPTH, KdNode, KdTree, Plan};
+use crate::tree::{KD_MAX_DEPTH, KdNode, KdTree, NodeBits, Plan};
 
 /// Which of two cells, whose near one the ray passes first, is visited first.
 trait FirstCell {
     /// Whether that is the near one, given whether the upper one is near.
-    fn is_near(node: KdNode, upper_is_near: bool) -> bool;
+    fn is_near(&self, index: u32, upper_is_near: bool) -> bool;
 }
 
-struct NodeOrder;
-impl FirstCell for NodeOrder {
+/// As each node's bit says.
+struct Fixed<'a>(&'a NodeBits);
+impl FirstCell for Fixed<'_> {
     #[inline(always)]
-    fn is_near(node: KdNode, upper_is_near: bool) -> bool {
-        node.upper_first() == upper_is_near
+    fn is_near(&self, index: u32, upper_is_near: bool) -> bool {
+        self.0.get(index as usize) == upper_is_near
     }
 }
 
 struct NearFirst;
 impl FirstCell for NearFirst {
     #[inline(always)]
-    fn is_near(_: KdNode, _: bool) -> bool {
+    fn is_near(&self, _: u32, _: bool) -> bool {
         true
     }
 }
@@ -41,7 +42,7 @@ impl FirstCell for NearFirst {
 struct FarFirst;
 impl FirstCell for FarFirst {
     #[inline(always)]
-    fn is_near(_: KdNode, _: bool) -> bool {
+    fn is_near(&self, _: u32, _: bool) -> bool {
         false
     }
 }
@@ -80,6 +81,7 @@ impl KdRay {
     #[inline(always)]
     fn descend<F: FirstCell>(
         &self,
+        order: &F,
         node: KdNode,
         visit: &mut Visit,
         wait: impl FnOnce(Visit),
@@ -92,7 +94,7 @@ impl KdRay {
         let next = visit.node + 1;
         if node.is_single() {
             visit.node = next;
-            return if node.upper_first() == upper_is_near {
+            return if node.only_upper() == upper_is_near {
                 visit.exit = visit.exit.min(exit);
                 in_near
             } else {
@@ -106,7 +108,7 @@ impl KdRay {
             let near = Visit { node: near, exit: visit.exit.min(exit), ..*visit };
             let far = Visit { node: far, entry: visit.entry.max(entry), ..*visit };
             let (first, second) =
-                if F::is_near(node, upper_is_near) { (near, far) } else { (far, near) };
+                if order.is_near(next - 1, upper_is_near) { (near, far) } else { (far, near) };
             *visit = first;
             wait(second);
         } else {
@@ -119,15 +121,20 @@ impl KdRay {
 
 /// Whether anything is in the way of `ray`, visiting children as `plan` says.
 #[inline]
-pub fn any_hit<C: Counter>(tree: &KdTree, plan: Plan, ray: &Ray, counter: &mut C) -> bool {
+pub fn any_hit<C: Counter>(tree: &KdTree, plan: &Plan, ray: &Ray, counter: &mut C) -> bool {
     match plan {
-        Plan::Slots => any_hit_by::<NodeOrder, C>(tree, ray, counter),
-        Plan::Near => any_hit_by::<NearFirst, C>(tree, ray, counter),
-        Plan::Far => any_hit_by::<FarFirst, C>(tree, ray, counter),
+        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), ray, counter),
+        Plan::Near => any_hit_by(tree, &NearFirst, ray, counter),
+        Plan::Far => any_hit_by(tree, &FarFirst, ray, counter),
     }
 }
 
-fn any_hit_by<F: FirstCell, C: Counter>(tree: &KdTree, ray: &Ray, counter: &mut C) -> bool {
+fn any_hit_by<F: FirstCell, C: Counter>(
+    tree: &KdTree,
+    order: &F,
+    ray: &Ray,
+    counter: &mut C,
+) -> bool {
     let Some((ray, mut current)) = KdRay::new(tree, ray) else { return false };
     let mut stack = [Visit::default(); KD_MAX_DEPTH];
     let mut pending = 0;
@@ -146,7 +153,7 @@ fn any_hit_by<F: FirstCell, C: Counter>(tree: &KdTree, ray: &Ray, counter: &mut 
                 stack[pending] = visit;
                 pending += 1;
             };
-            if ray.descend::<F>(node, &mut current, wait) {
+            if ray.descend(order, node, &mut current, wait) {
                 continue;
             }
         }
@@ -184,7 +191,7 @@ pub fn closest_hit(tree: &KdTree, ray: &Ray) -> Option<Hit> {
                 stack[pending] = visit;
                 pending += 1;
             };
-            if ray.descend::<NearFirst>(node, &mut current, wait) {
+            if ray.descend(&NearFirst, node, &mut current, wait) {
                 continue;
             }
         }

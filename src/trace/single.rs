@@ -6,21 +6,23 @@
 use super::Counter;
 use crate::intersect::PreparedRay;
 use crate::ray::{Hit, Ray};
-use crate::tree::{Bvh2, MAX_DEPTH, Node2, Plan};
+use crate::tree::{Bvh2, MAX_DEPTH, Node2, NodeBits, Plan};
 
 /// Which of two children that the ray enters at the given distances comes first.
 pub(super) trait FirstChild {
     /// Whether it depends on the ray.
     const BY_RAY: bool;
-    fn is_second(entry: [f32; 2]) -> bool;
+    /// Whether that is child 1 of the node at `index`.
+    fn is_second(&self, index: usize, entry: [f32; 2]) -> bool;
 }
 
-pub(super) struct SlotOrder;
-impl FirstChild for SlotOrder {
+/// As each node's bit says.
+pub(super) struct Fixed<'a>(pub(super) &'a NodeBits);
+impl FirstChild for Fixed<'_> {
     const BY_RAY: bool = false;
     #[inline(always)]
-    fn is_second(_: [f32; 2]) -> bool {
-        false
+    fn is_second(&self, index: usize, _: [f32; 2]) -> bool {
+        self.0.get(index)
     }
 }
 
@@ -28,7 +30,7 @@ pub(super) struct NearFirst;
 impl FirstChild for NearFirst {
     const BY_RAY: bool = true;
     #[inline(always)]
-    fn is_second(entry: [f32; 2]) -> bool {
+    fn is_second(&self, _: usize, entry: [f32; 2]) -> bool {
         entry[1] < entry[0]
     }
 }
@@ -37,22 +39,27 @@ pub(super) struct FarFirst;
 impl FirstChild for FarFirst {
     const BY_RAY: bool = true;
     #[inline(always)]
-    fn is_second(entry: [f32; 2]) -> bool {
+    fn is_second(&self, _: usize, entry: [f32; 2]) -> bool {
         entry[1] > entry[0]
     }
 }
 
 /// Whether anything is in the way of `ray`, visiting children as `plan` says.
 #[inline]
-pub fn any_hit<C: Counter>(tree: &Bvh2, plan: Plan, ray: &Ray, counter: &mut C) -> bool {
+pub fn any_hit<C: Counter>(tree: &Bvh2, plan: &Plan, ray: &Ray, counter: &mut C) -> bool {
     match plan {
-        Plan::Slots => any_hit_by::<SlotOrder, C>(tree, ray, counter),
-        Plan::Near => any_hit_by::<NearFirst, C>(tree, ray, counter),
-        Plan::Far => any_hit_by::<FarFirst, C>(tree, ray, counter),
+        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), ray, counter),
+        Plan::Near => any_hit_by(tree, &NearFirst, ray, counter),
+        Plan::Far => any_hit_by(tree, &FarFirst, ray, counter),
     }
 }
 
-fn any_hit_by<F: FirstChild, C: Counter>(tree: &Bvh2, ray: &Ray, counter: &mut C) -> bool {
+fn any_hit_by<F: FirstChild, C: Counter>(
+    tree: &Bvh2,
+    order: &F,
+    ray: &Ray,
+    counter: &mut C,
+) -> bool {
     let Some(root) = tree.root else { return false };
     let Some(prepared) = PreparedRay::new(ray, &tree.bounds) else { return false };
     if prepared.enter(&tree.bounds).is_none() {
@@ -71,12 +78,13 @@ fn any_hit_by<F: FirstChild, C: Counter>(tree: &Bvh2, ray: &Ray, counter: &mut C
                 }
             }
         } else {
-            let node: &Node2 = &tree.nodes[current.node_index()];
+            let index = current.node_index();
+            let node: &Node2 = &tree.nodes[index];
             let [a, b] = &node.bounds;
             let entry = [prepared.enter(a), prepared.enter(b)];
             match entry {
                 [Some(first), Some(second)] => {
-                    let swap = usize::from(F::is_second([first, second]));
+                    let swap = usize::from(order.is_second(index, [first, second]));
                     stack[pending] = node.children[1 - swap];
                     pending += 1;
                     current = node.children[swap];
@@ -131,7 +139,7 @@ pub fn closest_hit(tree: &Bvh2, ray: &Ray) -> Option<Hit> {
             let entry = [prepared.enter_before(a, limit), prepared.enter_before(b, limit)];
             match entry {
                 [Some(first), Some(second)] => {
-                    let swap = usize::from(NearFirst::is_second([first, second]));
+                    let swap = usize::from(second < first);
                     let entry = [first, second];
                     stack[pending] = (node.children[1 - swap], entry[1 - swap]);
                     pending += 1;

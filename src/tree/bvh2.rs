@@ -1,5 +1,6 @@
 //! The binary bounding volume hierarchy.
 
+use super::SplitNotes;
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
 
 /// Most inner nodes on a way from the root to a leaf; stacks of traversals have this size.
@@ -55,7 +56,7 @@ impl ChildRef {
 
 /// An inner node: its two children with their boxes, in one cache line.
 ///
-/// Any-hit traversal under a fixed order visits child 0 first; orders swap the children.
+/// Which child any-hit traversal visits first is no part of it: see [`Plan`](super::Plan).
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node2 {
@@ -68,12 +69,22 @@ pub struct Node2 {
 }
 
 impl Node2 {
-    /// Makes child 1 child 0 and the other way round, with all that belongs to them.
+    /// Whether the surface of child 1's box is the larger one.
     #[inline]
-    pub fn swap_children(&mut self) {
-        self.bounds.swap(0, 1);
-        self.children.swap(0, 1);
-        self.counts.swap(0, 1);
+    pub fn second_is_larger(&self) -> bool {
+        // An empty box has no area, in `f64` as in `f32`, and no child has one.
+        let area = |b: &Aabb| {
+            let d = b.max - b.min;
+            d.x * d.y + d.y * d.z + d.z * d.x
+        };
+        let [a, b] = [area(&self.bounds[0]), area(&self.bounds[1])];
+        // Each of them is right to a few half-ulps, so what is clear here need not be found again;
+        // infinity and NaN are not clear.
+        let (difference, doubt) = (b - a, (a + b) * (16.0 * f32::EPSILON));
+        if difference.abs() > doubt && doubt >= f32::MIN_POSITIVE {
+            return difference > 0.0;
+        }
+        self.bounds[1].half_area() > self.bounds[0].half_area()
     }
 }
 
@@ -93,14 +104,29 @@ pub struct Bvh2 {
     pub triangles: Vec<Triangle>,
     /// For each slot of `triangles`, its index in the mesh.
     pub triangle_ids: Vec<u32>,
+    /// What the builder noted of each split.
+    pub notes: SplitNotes,
 }
 
 impl Bvh2 {
+    /// A tree from its parts, with its notes.
+    pub fn new(
+        nodes: Vec<Node2>,
+        root: Option<ChildRef>,
+        bounds: Aabb,
+        triangles: Vec<Triangle>,
+        triangle_ids: Vec<u32>,
+    ) -> Self {
+        let notes = SplitNotes::of(&nodes);
+        Self { nodes, root, bounds, triangles, triangle_ids, notes }
+    }
+
     /// Bytes of all arrays.
     pub fn memory_bytes(&self) -> u64 {
         (size_of_val(self.nodes.as_slice())
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.triangle_ids.as_slice())) as u64
+            + self.notes.memory_bytes()
     }
 
     /// Number of leaves.
@@ -156,6 +182,17 @@ impl Bvh2 {
         }
         if next_node != self.nodes.len() {
             return Err(format!("{next_node} of {} nodes are reached", self.nodes.len()));
+        }
+        if self.notes.len() != self.nodes.len() {
+            return Err(format!("notes of {} of {} nodes", self.notes.len(), self.nodes.len()));
+        }
+        for (index, node) in self.nodes.iter().enumerate() {
+            let larger = node.bounds[1].half_area() > node.bounds[0].half_area();
+            let fewer = node.counts[1] < node.counts[0];
+            let notes = [&self.notes.second_larger, &self.notes.second_fewer];
+            if notes.map(|note| note.get(index)) != [larger, fewer] {
+                return Err(format!("node {index}: wrong notes of its children"));
+            }
         }
         Ok(())
     }

@@ -1,19 +1,32 @@
 //! Tree layouts, each with its validator, and the plan by which any-hit kernels walk them.
 
+mod bits;
 mod bvh2;
 mod kd;
+mod notes;
 
+pub use bits::NodeBits;
 pub use bvh2::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
 pub use kd::{KD_INTERSECTION_COST, KD_MAX_DEPTH, KD_MAX_NODES, KD_TRAVERSAL_COST, KdNode, KdTree};
+pub use notes::SplitNotes;
 
 /// How an any-hit kernel chooses between two children that the ray meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Plan {
-    /// The order that the tree itself holds, whatever the ray: child 0 first, or as each node's bit
-    /// says.
-    Slots,
+    /// Child 1 (the upper one) where the node's bit is set, child 0 elsewhere, whatever the ray.
+    Fixed(NodeBits),
     /// The child that the ray enters first.
     Near,
     /// The child that the ray enters last.
     Far,
+}
+
+impl Plan {
+    /// Bytes that it takes beside the tree.
+    pub fn memory_bytes(&self) -> u64 {
+        match self {
+            Self::Fixed(bits) => bits.memory_bytes(),
+            Self::Near | Self::Far => 0,
+        }
+    }
 }

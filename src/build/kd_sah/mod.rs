@@ -30,7 +30,7 @@ mod events;
 mod split;
 
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
-use crate::tree::{KD_MAX_DEPTH, KD_MAX_NODES, KdNode, KdTree};
+use crate::tree::{KD_MAX_DEPTH, KD_MAX_NODES, KdNode, KdTree, NodeBits, SplitNotes};
 use clip::clipped_bounds;
 use events::{EventList, MAX_REFERENCES, Target, distribute, push_events};
 use rayon::prelude::*;
@@ -88,7 +88,7 @@ pub fn build(mesh: &TriangleMesh, splits: Splits) -> Result<KdTree, String> {
 
 /// Moves the triangles into the order in which leaves refer to them.
 fn laid_out(subtree: Subtree, triangles: &[Triangle], bounds: Aabb) -> KdTree {
-    let Subtree { mut nodes, mut counts, mut references } = subtree;
+    let Subtree { mut nodes, mut counts, mut references, notes } = subtree;
     nodes.shrink_to_fit();
     counts.shrink_to_fit();
     references.shrink_to_fit();
@@ -103,7 +103,9 @@ fn laid_out(subtree: Subtree, triangles: &[Triangle], bounds: Aabb) -> KdTree {
         *reference = *slot;
     }
     let triangles = triangle_ids.par_iter().map(|&id| triangles[id as usize]).collect();
-    KdTree { nodes, counts, references, triangles, triangle_ids, bounds }
+    let noted = |note: u8| NodeBits::from_fn(notes.len(), |i| notes[i] & note != 0);
+    let notes = SplitNotes { second_larger: noted(UPPER_LARGER), second_fewer: noted(UPPER_FEWER) };
+    KdTree { nodes, counts, references, triangles, triangle_ids, bounds, notes }
 }
 
 fn sorted_events(references: &[Reference]) -> [EventList; 3] {
@@ -131,13 +133,18 @@ struct Node {
     events: [EventList; 3],
 }
 
-/// Nodes in depth-first order, the counts of each, and the leaves' lists of mesh indices.
+/// Nodes in depth-first order, the counts of each, the leaves' lists of mesh indices, and what is
+/// noted of the nodes with two children.
 #[derive(Default)]
 struct Subtree {
     nodes: Vec<KdNode>,
     counts: Vec<u32>,
     references: Vec<u32>,
+    notes: Vec<u8>,
 }
+
+const UPPER_LARGER: u8 = 1;
+const UPPER_FEWER: u8 = 2;
 
 impl Subtree {
     fn append(&mut self, mut other: Self) {
@@ -149,6 +156,7 @@ impl Subtree {
         self.nodes.append(&mut other.nodes);
         self.counts.append(&mut other.counts);
         self.references.append(&mut other.references);
+        self.notes.append(&mut other.notes);
     }
 }
 
@@ -163,6 +171,7 @@ impl Builder<'_> {
         let count = node.references.len();
         let index = subtree.nodes.len();
         subtree.counts.push(count as u32);
+        subtree.notes.push(0);
         let best = if depth == 0 { None } else { best_split(&node, cell) };
         let Some(split) = best.filter(|s| s.cost < leaf_cost(count, cell)) else {
             subtree.nodes.push(KdNode::leaf(subtree.references.len(), count));
@@ -170,18 +179,25 @@ impl Builder<'_> {
             return;
         };
         let (axis, at) = (split.axis, f64::from(split.position));
-        let upper_larger = f64::from(cell.max[axis]) - at > at - f64::from(cell.min[axis]);
-        let inner = KdNode::inner(axis, split.position, upper_larger);
+        let inner = KdNode::inner(axis, split.position);
         subtree.nodes.push(inner);
         let cells = KdTree::split_cell(cell, inner);
         let [lower, upper] = self.divided(node, &split, &cells);
-        subtree.nodes[index].set_upper_fewer(upper.references.len() < lower.references.len());
         if lower.references.is_empty() || upper.references.is_empty() {
             let is_upper = lower.references.is_empty();
             subtree.nodes[index].set_single(is_upper);
             let (node, cell) = if is_upper { (upper, &cells[1]) } else { (lower, &cells[0]) };
             self.grow(node, cell, depth - 1, subtree);
-        } else if count > PARALLEL_NODE {
+            return;
+        }
+        // Both cells share the plane's cross-section: the longer one is the larger one.
+        if f64::from(cell.max[axis]) - at > at - f64::from(cell.min[axis]) {
+            subtree.notes[index] |= UPPER_LARGER;
+        }
+        if upper.references.len() < lower.references.len() {
+            subtree.notes[index] |= UPPER_FEWER;
+        }
+        if count > PARALLEL_NODE {
             let ((), beside) = rayon::join(
                 || self.grow(lower, &cells[0], depth - 1, subtree),
                 || {

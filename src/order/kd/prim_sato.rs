@@ -1,26 +1,29 @@
 //! PrimSATO (Nah and Manocha, "SATO", 2014): the side with the larger triangles first, by their
 //! mean area or by the largest one. Areas are of whole triangles, not of their parts in the cell.
 
-use super::summary::for_each_inner;
+use super::summary::{SubtreeSummary, for_each_inner};
 use crate::order::OrderContext;
-use crate::tree::{KdTree, Plan};
+use crate::tree::{KdTree, NodeBits, Plan};
 
 /// The side whose triangles have the larger mean area first.
-pub fn prim_sato_average(tree: &mut KdTree, _: &OrderContext<'_>) -> Plan {
-    for_each_inner(tree, |_, node, [lower, upper]| {
-        // Crosswise, so that no division is needed.
-        let (lower_count, upper_count) = (f64::from(lower.count), f64::from(upper.count));
-        node.set_upper_first(upper.area_sum * lower_count > lower.area_sum * upper_count);
-    });
-    Plan::Slots
+pub fn prim_sato_average(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
+    // Crosswise, so that no division is needed.
+    upper_where(tree, |[lower, upper]| {
+        upper.area_sum * f64::from(lower.count) > lower.area_sum * f64::from(upper.count)
+    })
 }
 
 /// The side with the largest triangle first.
-pub fn prim_sato_max(tree: &mut KdTree, _: &OrderContext<'_>) -> Plan {
-    for_each_inner(tree, |_, node, [lower, upper]| {
-        node.set_upper_first(upper.area_max > lower.area_max);
+pub fn prim_sato_max(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
+    upper_where(tree, |[lower, upper]| upper.area_max > lower.area_max)
+}
+
+fn upper_where(tree: &KdTree, upper_first: impl Fn([SubtreeSummary; 2]) -> bool) -> Plan {
+    let mut bits = NodeBits::none(tree.nodes.len());
+    for_each_inner(tree, |index, sides| {
+        bits.set(index, tree.nodes[index].has_two() && upper_first(sides));
     });
-    Plan::Slots
+    Plan::Fixed(bits)
 }
 
 #[cfg(test)]
@@ -33,25 +36,26 @@ mod tests {
     #[test]
     fn larger_means_and_maxima_come_first() {
         let mesh = Random::new(44).mesh(1500);
-        let mut tree = build(&mesh, Splits::Perfect).unwrap();
-        let context = OrderContext { seed: 0, ..OrderContext::new(&mesh) };
+        let tree = build(&mesh, Splits::Perfect).unwrap();
+        let context = OrderContext::new(&mesh);
         let summaries = summaries(&tree);
-        let mut average = tree.clone();
-        prim_sato_average(&mut average, &context);
-        prim_sato_max(&mut tree, &context);
+        let (Plan::Fixed(average), Plan::Fixed(largest)) =
+            (prim_sato_average(&tree, &context), prim_sato_max(&tree, &context))
+        else {
+            panic!("fixed orders");
+        };
         let mut seen = 0;
         for (index, summary) in summaries.iter().enumerate() {
-            let node = tree.nodes[index];
-            if !node.has_two() {
+            if !tree.nodes[index].has_two() {
                 continue;
             }
             let [lower, upper] = summary.map(|s| s.area_sum / f64::from(s.count));
             if (lower - upper).abs() > 1e-12 * (lower + upper) {
-                assert_eq!(average.nodes[index].upper_first(), upper > lower, "node {index}");
+                assert_eq!(average.get(index), upper > lower, "node {index}");
                 seen += 1;
             }
             let [lower, upper] = summary.map(|s| s.area_max);
-            assert_eq!(node.upper_first(), upper > lower, "node {index}");
+            assert_eq!(largest.get(index), upper > lower, "node {index}");
         }
         assert!(seen > 500, "{seen}");
     }

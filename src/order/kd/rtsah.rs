@@ -13,17 +13,19 @@
 
 use crate::geometry::Aabb;
 use crate::order::OrderContext;
-use crate::tree::{KD_INTERSECTION_COST, KD_TRAVERSAL_COST, KdNode, KdTree, Plan};
+use crate::tree::{KD_INTERSECTION_COST, KD_TRAVERSAL_COST, KdNode, KdTree, NodeBits, Plan};
 
 /// Subtrees of more nodes are worth another thread.
 const PARALLEL_NODES: usize = 1 << 15;
 
 /// The side first that makes a random line's expected cost the lower one.
-pub fn rtsah(tree: &mut KdTree, _: &OrderContext<'_>) -> Plan {
+pub fn rtsah(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
+    let mut upper_first = NodeBits::none(tree.nodes.len());
     if !tree.nodes.is_empty() {
-        visit(&mut tree.nodes, 0, tree.bounds);
+        let mut pass = Pass { nodes: &tree.nodes, base: 0, upper_first: &mut upper_first };
+        pass.visit(0, tree.bounds);
     }
-    Plan::Slots
+    Plan::Fixed(upper_first)
 }
 
 /// What random lines through a node's cell meet.
@@ -37,33 +39,50 @@ struct Expectation {
 /// An empty leaf is not visited, so it costs nothing.
 const EMPTY: Expectation = Expectation { cost: 0.0, open: 1.0 };
 
-/// Sets the bits of the subtree that `nodes` is, the first of which has index `base`.
-fn visit(nodes: &mut [KdNode], base: usize, cell: Aabb) -> Expectation {
-    let (node, below) = nodes.split_first_mut().expect("a subtree has a root");
-    if node.is_leaf() {
-        let count = node.leaf_range().len() as f64;
-        return Expectation { cost: count * KD_INTERSECTION_COST + KD_TRAVERSAL_COST, open: 0.0 };
+/// A walk over some of the nodes, which has bits of its own for them, the first for node `base`.
+struct Pass<'a> {
+    nodes: &'a [KdNode],
+    base: usize,
+    upper_first: &'a mut NodeBits,
+}
+
+impl Pass<'_> {
+    /// Sets the bits of the subtree of the node at `index`.
+    fn visit(&mut self, index: usize, cell: Aabb) -> Expectation {
+        let node = self.nodes[index];
+        if node.is_leaf() {
+            let cost = node.leaf_range().len() as f64 * KD_INTERSECTION_COST + KD_TRAVERSAL_COST;
+            return Expectation { cost, open: 0.0 };
+        }
+        let cells = KdTree::split_cell(&cell, node);
+        let shares = shares(&cell, &cells, node.axis());
+        if node.is_single() {
+            let upper = usize::from(node.only_upper());
+            let mut sides = [EMPTY; 2];
+            sides[upper] = self.visit(index + 1, cells[upper]);
+            return combined(shares, sides).0;
+        }
+        let upper = node.upper_child();
+        let sides = if upper - index > PARALLEL_NODES {
+            self.visit_both(index + 1, upper, cells)
+        } else {
+            [self.visit(index + 1, cells[0]), self.visit(upper, cells[1])]
+        };
+        let (expectation, upper_first) = combined(shares, sides);
+        self.upper_first.set(index - self.base, upper_first);
+        expectation
     }
-    let cells = KdTree::split_cell(&cell, *node);
-    let shares = shares(&cell, &cells, node.axis());
-    if node.is_single() {
-        let upper = usize::from(node.upper_first());
-        let mut sides = [EMPTY; 2];
-        sides[upper] = visit(below, base + 1, cells[upper]);
-        return combined(shares, sides).0;
-    }
-    let (lower, upper) = below.split_at_mut(node.upper_child() - base - 1);
-    let upper_base = node.upper_child();
-    let sides = if lower.len().min(upper.len()) > PARALLEL_NODES {
-        let sides =
-            rayon::join(|| visit(lower, base + 1, cells[0]), || visit(upper, upper_base, cells[1]));
+
+    /// Both children of a node, on two threads. The lower one's nodes end where the upper one's
+    /// begin; where those end is not known here, so that their bits are the rest of this pass's.
+    fn visit_both(&mut self, lower: usize, upper: usize, cells: [Aabb; 2]) -> [Expectation; 2] {
+        let end = self.base + self.upper_first.len();
+        let mut beside = NodeBits::none(end - upper);
+        let mut other = Pass { nodes: self.nodes, base: upper, upper_first: &mut beside };
+        let sides = rayon::join(|| self.visit(lower, cells[0]), || other.visit(upper, cells[1]));
+        self.upper_first.include(upper - self.base, &beside);
         [sides.0, sides.1]
-    } else {
-        [visit(lower, base + 1, cells[0]), visit(upper, upper_base, cells[1])]
-    };
-    let (expectation, upper_first) = combined(shares, sides);
-    node.set_upper_first(upper_first);
-    expectation
+    }
 }
 
 /// The shares of lines through `cell` that pass through its sides.
@@ -168,14 +187,11 @@ mod tests {
         let tree = build(&mesh, Splits::Perfect).unwrap();
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let mut tree = tree.clone();
-            pool.install(|| {
-                rtsah(&mut tree, &OrderContext { seed: 0, ..OrderContext::new(&mesh) })
-            });
-            tree
+            pool.install(|| rtsah(&tree, &OrderContext::new(&mesh)))
         };
         let (one, three) = (on(1), on(3));
-        assert!(one.nodes.len() > 2 * PARALLEL_NODES && one == three);
-        assert!(one.nodes.iter().any(|n| n.has_two() && n.upper_first()));
+        assert!(tree.nodes.len() > 2 * PARALLEL_NODES && one == three);
+        let Plan::Fixed(bits) = one else { panic!("a fixed order") };
+        assert!(bits.count_ones() > 1000, "{}", bits.count_ones());
     }
 }

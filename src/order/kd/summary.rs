@@ -24,22 +24,19 @@ pub struct SubtreeSummary {
 /// empty cells, that of nothing.
 pub fn summaries(tree: &KdTree) -> Vec<[SubtreeSummary; 2]> {
     let mut all = vec![Default::default(); tree.nodes.len()];
-    // The pass wants nodes that it could change.
-    for_each_inner(&mut tree.clone(), |index, _, sides| all[index] = sides);
+    for_each_inner(tree, |index, sides| all[index] = sides);
     all
 }
 
-/// Calls `visit` with each inner node, its index and the summaries of its cells, children before
+/// Calls `visit` with the index of each inner node and the summaries of its cells, children before
 /// parents.
-pub(super) fn for_each_inner(
-    tree: &mut KdTree,
-    visit: impl FnMut(usize, &mut KdNode, [SubtreeSummary; 2]),
-) {
+pub(super) fn for_each_inner(tree: &KdTree, visit: impl FnMut(usize, [SubtreeSummary; 2])) {
     if tree.nodes.is_empty() {
         return;
     }
     let seen = tree.triangles.par_iter().with_min_len(8192);
     let mut pass = Pass {
+        nodes: &tree.nodes,
         counts: &tree.counts,
         references: &tree.references,
         seen: seen.map(|t| Seen { area: t.area(), leaf: 0 }).collect(),
@@ -47,7 +44,7 @@ pub(super) fn for_each_inner(
         depth: 0,
         found: visit,
     };
-    pass.visit(&mut tree.nodes, 0);
+    pass.visit(0);
 }
 
 #[derive(Clone, Copy)]
@@ -58,6 +55,7 @@ struct Seen {
 }
 
 struct Pass<'a, F> {
+    nodes: &'a [KdNode],
     counts: &'a [u32],
     references: &'a [u32],
     seen: Vec<Seen>,
@@ -67,9 +65,9 @@ struct Pass<'a, F> {
     found: F,
 }
 
-impl<F: FnMut(usize, &mut KdNode, [SubtreeSummary; 2])> Pass<'_, F> {
-    fn visit(&mut self, nodes: &mut [KdNode], index: usize) -> SubtreeSummary {
-        let node = nodes[index];
+impl<F: FnMut(usize, [SubtreeSummary; 2])> Pass<'_, F> {
+    fn visit(&mut self, index: usize) -> SubtreeSummary {
+        let node = self.nodes[index];
         let count = self.counts[index];
         if node.is_leaf() {
             let (area_sum, area_max) = self.visit_leaf(index, node);
@@ -79,13 +77,13 @@ impl<F: FnMut(usize, &mut KdNode, [SubtreeSummary; 2])> Pass<'_, F> {
         self.depth += 1;
         let mut sides = [SubtreeSummary::default(); 2];
         if node.is_single() {
-            sides[usize::from(node.upper_first())] = self.visit(nodes, index + 1);
+            sides[usize::from(node.only_upper())] = self.visit(index + 1);
         } else {
-            sides[0] = self.visit(nodes, index + 1);
-            sides[1] = self.visit(nodes, node.upper_child());
+            sides[0] = self.visit(index + 1);
+            sides[1] = self.visit(node.upper_child());
         }
         self.depth -= 1;
-        (self.found)(index, &mut nodes[index], sides);
+        (self.found)(index, sides);
         let [lower, upper] = sides;
         let common = self.above[self.depth].1;
         // Rounding must not make it less than either side's.

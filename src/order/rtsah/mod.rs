@@ -9,7 +9,7 @@ mod reference;
 #[cfg(test)]
 mod tests;
 
-use super::bottom_up::{BottomUp, sort_bottom_up};
+use super::bottom_up::{BottomUp, bottom_up};
 use super::{OrderEntry, kd};
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, Plan};
@@ -59,9 +59,8 @@ pub(super) static CLAMPED: OrderEntry = OrderEntry {
     plan_kd: None,
 };
 
-fn plan(tree: &mut Bvh2, model: &impl BottomUp) -> Plan {
-    sort_bottom_up(tree, model);
-    Plan::Slots
+fn plan(tree: &Bvh2, model: &impl BottomUp) -> Plan {
+    Plan::Fixed(bottom_up(tree, model).0)
 }
 
 /// RTSAH with its choices. Type parameters, so that each combination is compiled as one.

@@ -19,7 +19,7 @@
 mod interval;
 mod lanes;
 
-use super::single::{FarFirst, FirstChild, NearFirst, SlotOrder};
+use super::single::{FarFirst, FirstChild, Fixed, NearFirst};
 use crate::geometry::Aabb;
 use crate::intersect::PreparedRay;
 use crate::ray::{Ray, VisitCounts};
@@ -63,11 +63,11 @@ impl PacketCounter for &mut [VisitCounts] {
 ///
 /// # Panics
 /// If there are more rays.
-pub fn any_hit<C: PacketCounter>(tree: &Bvh2, plan: Plan, rays: &[Ray], counter: C) -> u64 {
+pub fn any_hit<C: PacketCounter>(tree: &Bvh2, plan: &Plan, rays: &[Ray], counter: C) -> u64 {
     match plan {
-        Plan::Slots => any_hit_by::<SlotOrder, C>(tree, rays, counter),
-        Plan::Near => any_hit_by::<NearFirst, C>(tree, rays, counter),
-        Plan::Far => any_hit_by::<FarFirst, C>(tree, rays, counter),
+        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), rays, counter),
+        Plan::Near => any_hit_by(tree, &NearFirst, rays, counter),
+        Plan::Far => any_hit_by(tree, &FarFirst, rays, counter),
     }
 }
 
@@ -93,7 +93,12 @@ struct Pending {
     first: u32,
 }
 
-fn any_hit_by<F: FirstChild, C: PacketCounter>(tree: &Bvh2, rays: &[Ray], mut counter: C) -> u64 {
+fn any_hit_by<F: FirstChild, C: PacketCounter>(
+    tree: &Bvh2,
+    order: &F,
+    rays: &[Ray],
+    mut counter: C,
+) -> u64 {
     let Some(root) = tree.root else { return 0 };
     let packet = Packet::new(tree, rays);
     let mut active = packet.valid;
@@ -114,12 +119,12 @@ fn any_hit_by<F: FirstChild, C: PacketCounter>(tree: &Bvh2, rays: &[Ray], mut co
                 [Some(a), Some(b)] => {
                     // The ray that is the first active one in both decides; if the first one enters
                     // one child only, that is where it goes.
-                    let second_first = if a == b {
+                    let second_first = if a == b || !F::BY_RAY {
                         let ray = packet.ray(a);
                         let entry = node.bounds.each_ref().map(|b| ray.enter(b));
-                        F::is_second(entry.map(|e| e.unwrap_or(f32::INFINITY)))
+                        order.is_second(index, entry.map(|e| e.unwrap_or(f32::INFINITY)))
                     } else {
-                        F::BY_RAY && b < a
+                        b < a
                     };
                     let side = usize::from(second_first);
                     let other = 1 - side;

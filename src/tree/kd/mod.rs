@@ -2,6 +2,7 @@
 
 mod validate;
 
+use super::SplitNotes;
 use crate::geometry::{Aabb, Triangle};
 
 /// Most inner nodes on a way from the root to a leaf; stacks of traversals have this size. The
@@ -9,7 +10,7 @@ use crate::geometry::{Aabb, Triangle};
 pub const KD_MAX_DEPTH: usize = 48;
 
 /// Most nodes of a tree: what the index of an upper child can tell.
-pub const KD_MAX_NODES: usize = 1 << 26;
+pub const KD_MAX_NODES: usize = 1 << 28;
 
 /// An inner node or a leaf, in eight bytes (after Wald, "Realtime Ray Tracing and Interactive
 /// Global Illumination", 2004).
@@ -23,17 +24,15 @@ pub struct KdNode {
     /// Inner: the plane's position, as bits. Leaf: its first entry in the reference list.
     payload: u32,
     /// Bits 0-1: axis, 3 for a leaf, of which the rest is the number of triangles. Inner: then
-    /// `UPPER_FIRST`, `SINGLE`, `UPPER_LARGER`, `UPPER_FEWER`, and the index of the upper child if there are two.
+    /// `SINGLE`, `ONLY_UPPER`, and the index of the upper child if there are two.
     word: u32,
 }
 
 impl KdNode {
     const LEAF: u32 = 3;
-    const UPPER_FIRST: u32 = 1 << 2;
-    const SINGLE: u32 = 1 << 3;
-    const UPPER_LARGER: u32 = 1 << 4;
-    const UPPER_FEWER: u32 = 1 << 5;
-    const INDEX_SHIFT: u32 = 6;
+    const SINGLE: u32 = 1 << 2;
+    const ONLY_UPPER: u32 = 1 << 3;
+    const INDEX_SHIFT: u32 = 4;
     const COUNT_SHIFT: u32 = 2;
     /// Most triangles in a leaf.
     pub const MAX_LEAF_TRIANGLES: usize = (1 << (32 - Self::COUNT_SHIFT)) - 1;
@@ -44,12 +43,11 @@ impl KdNode {
         Self { payload: first as u32, word: Self::LEAF | (count as u32) << Self::COUNT_SHIFT }
     }
 
-    /// An inner node split at `split` on `axis`; `upper_larger` says which side has the larger
-    /// surface. Both sides have children until `set_single` says otherwise.
-    pub fn inner(axis: usize, split: f32, upper_larger: bool) -> Self {
+    /// An inner node split at `split` on `axis`. Both sides have children until `set_single` says
+    /// otherwise.
+    pub fn inner(axis: usize, split: f32) -> Self {
         debug_assert!(axis < 3);
-        let larger = if upper_larger { Self::UPPER_LARGER } else { 0 };
-        Self { payload: split.to_bits(), word: axis as u32 | larger }
+        Self { payload: split.to_bits(), word: axis as u32 }
     }
 
     /// Whether it is a leaf.
@@ -83,24 +81,10 @@ impl KdNode {
         self.word & Self::SINGLE != 0
     }
 
-    /// Of a node with one child: whether that is the upper one. Of one with two: whether any-hit
-    /// traversal in fixed order visits the upper one first.
+    /// Of a node with one child: whether that is the upper one.
     #[inline(always)]
-    pub fn upper_first(self) -> bool {
-        self.word & Self::UPPER_FIRST != 0
-    }
-
-    /// Whether the upper side's cell has the larger surface; ties go to the lower one. Cells share
-    /// the plane, so this only compares their lengths across it.
-    #[inline(always)]
-    pub fn upper_larger(self) -> bool {
-        self.word & Self::UPPER_LARGER != 0
-    }
-
-    /// Of a node with two children: whether there are fewer triangles in the upper one's cell.
-    #[inline(always)]
-    pub fn upper_fewer(self) -> bool {
-        self.word & Self::UPPER_FEWER != 0
+    pub fn only_upper(self) -> bool {
+        self.word & Self::ONLY_UPPER != 0
     }
 
     /// The index of the upper child of an inner node with two children.
@@ -112,27 +96,12 @@ impl KdNode {
     /// Whether it is an inner node with two children.
     #[inline(always)]
     pub fn has_two(self) -> bool {
-        // No short cut: whether a node is a leaf cannot be predicted.
-        !self.is_leaf() & !self.is_single()
-    }
-
-    /// Sets which child any-hit traversal visits first. Leaves, and nodes with one child, are left
-    /// alone: an empty side never comes first.
-    #[inline(always)]
-    pub fn set_upper_first(&mut self, upper: bool) {
-        let old = self.upper_first();
-        self.word ^= u32::from((upper ^ old) & self.has_two()) * Self::UPPER_FIRST;
+        !self.is_leaf() && !self.is_single()
     }
 
     /// Makes it a node with one child, on the given side.
     pub(crate) fn set_single(&mut self, upper: bool) {
-        self.set_upper_first(upper);
-        self.word |= Self::SINGLE;
-    }
-
-    /// Sets what [`upper_fewer`](Self::upper_fewer) says.
-    pub(crate) fn set_upper_fewer(&mut self, fewer: bool) {
-        self.word = self.word & !Self::UPPER_FEWER | if fewer { Self::UPPER_FEWER } else { 0 };
+        self.word |= Self::SINGLE | if upper { Self::ONLY_UPPER } else { 0 };
     }
 
     /// Sets the upper child of a node with two children.
@@ -169,6 +138,9 @@ pub struct KdTree {
     pub triangle_ids: Vec<u32>,
     /// The root's cell: the box around all triangles.
     pub bounds: Aabb,
+    /// What the builder noted of each split, child 1 being the upper one; of nodes with two
+    /// children only.
+    pub notes: SplitNotes,
 }
 
 /// The constants of the surface-area heuristic for this tree, those of the Manta ray tracer, in
@@ -183,7 +155,7 @@ impl KdTree {
     pub fn children(&self, index: usize) -> [Option<usize>; 2] {
         let node = self.nodes[index];
         debug_assert!(!node.is_leaf());
-        match (node.is_single(), node.upper_first()) {
+        match (node.is_single(), node.only_upper()) {
             (false, _) => [Some(index + 1), Some(node.upper_child())],
             (true, false) => [Some(index + 1), None],
             (true, true) => [None, Some(index + 1)],
@@ -224,6 +196,7 @@ impl KdTree {
             + size_of_val(self.references.as_slice())
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.triangle_ids.as_slice())) as u64
+            + self.notes.memory_bytes()
     }
 
     /// Number of inner nodes.

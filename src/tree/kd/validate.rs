@@ -14,7 +14,10 @@ impl KdTree {
     pub fn validate(&self, mesh: &TriangleMesh) -> Result<(), String> {
         self.validate_triangles(mesh)?;
         let mut state = State { next: 0, listed: vec![usize::MAX; mesh.len()], lists: Vec::new() };
-        if mesh.is_empty() != self.nodes.is_empty() || self.counts.len() != self.nodes.len() {
+        if mesh.is_empty() != self.nodes.is_empty()
+            || self.counts.len() != self.nodes.len()
+            || self.notes.len() != self.nodes.len()
+        {
             return Err(format!("{} nodes, {} counts", self.nodes.len(), self.counts.len()));
         }
         if !mesh.is_empty() {
@@ -74,13 +77,12 @@ impl KdTree {
                 return Err(format!("node {index} splits {cell:?} at {split} on axis {axis}"));
             }
             let length = |lo: f32, hi: f32| f64::from(hi) - f64::from(lo);
-            let upper_larger = length(split, cell.max[axis]) > length(cell.min[axis], split);
-            if upper_larger != node.upper_larger() {
-                return Err(format!("node {index} is wrong about its larger side"));
-            }
-            let counts = self.children(index).map(|c| c.map(|c| self.counts.get(c)));
-            if node.has_two() && node.upper_fewer() != (counts[1] < counts[0]) {
-                return Err(format!("node {index} is wrong about its fuller side"));
+            let larger = length(split, cell.max[axis]) > length(cell.min[axis], split);
+            let [lower, upper] = self.children(index).map(|c| c.map(|c| self.counts.get(c)));
+            let expected = [larger && node.has_two(), node.has_two() && upper < lower];
+            let notes = [&self.notes.second_larger, &self.notes.second_fewer];
+            if notes.map(|note| note.get(index)) != expected {
+                return Err(format!("node {index}: wrong notes of its sides"));
             }
             let cells = Self::split_cell(cell, *node);
             let mut list = Vec::new();
