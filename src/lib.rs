@@ -20,6 +20,8 @@ pub mod backend;
 pub mod measure;
 pub mod render;
 
+pub mod lab;
+
 pub mod image_file;
 pub mod report;
 

@@ -4,7 +4,7 @@ mod common;
 
 use common::random::Random;
 use common::scene_of;
-use sato::backend::{BuildContext, build};
+use sato::backend::{BuildContext, SharedTrees, build};
 use sato::geometry::{Aabb, TriangleMesh, Vec3};
 use sato::order::{ORDERS, OrderContext, find};
 use sato::ray::Ray;
@@ -186,7 +186,9 @@ fn orders_that_learn_ask_for_rays() {
     let scene = scene_of(Random::new(34).mesh(100));
     for order in ORDERS.iter().filter(|o| o.needs_training) {
         let spec = format!("bvh2:order={}", order.name).parse().unwrap();
-        let context = BuildContext { scene: &scene, threads: 1, seed: 0, training: None };
+        let trees = SharedTrees::of(&scene);
+        let context =
+            BuildContext { scene: &scene, trees: &trees, threads: 1, seed: 0, training: None };
         let refusal = build(&spec, &context).err().expect("refused").to_string();
         assert!(refusal.contains("needs recorded rays"), "{refusal}");
     }

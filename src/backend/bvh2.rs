@@ -1,12 +1,13 @@
 //! The binary tree: any builder, any order, ray by ray or in packets.
 
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key};
 use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
 use crate::trace::{Counter, NoCount, packet, single};
-use crate::tree::{Bvh2, ChildRef, Plan};
+use crate::tree::{Bvh2, Plan};
 use crate::{Error, Result, build, order};
+use std::sync::Arc;
 use std::time::Instant;
 
 pub(super) static ENTRY: BackendEntry = BackendEntry {
@@ -47,7 +48,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
 };
 
 struct Bvh2Backend {
-    tree: Bvh2,
+    built: Arc<Built<Bvh2>>,
     plan: Plan,
     in_packets: bool,
     stats: BuildStats,
@@ -55,33 +56,27 @@ struct Bvh2Backend {
 
 impl Bvh2Backend {
     fn new(spec: &BackendSpec, context: &BuildContext<'_>) -> Result<Self> {
-        let mesh = &context.scene.mesh;
-        if mesh.len() > ChildRef::MAX_TRIANGLES {
-            return Err(Error::Backend {
-                backend: spec.to_string(),
-                message: format!(
-                    "{} triangles are more than the {} that a tree can hold",
-                    mesh.len(),
-                    ChildRef::MAX_TRIANGLES
-                ),
-            });
-        }
+        let failed = |message| Error::Backend { backend: spec.to_string(), message };
         let builder = build::find(spec.value("builder")).expect("specs are checked");
         let order = order::find(spec.value("order")).expect("specs are checked");
         if order.needs_training && context.training.is_none() {
-            return Err(Error::Backend {
-                backend: spec.to_string(),
-                message: format!("order={} needs recorded rays to learn from", order.name),
-            });
+            return Err(failed(format!("order={} needs recorded rays to learn from", order.name)));
         }
+        let built = context.trees.bvh2(builder).map_err(failed)?;
+        let tree = &built.tree;
         let start = Instant::now();
-        let tree = (builder.build)(mesh);
-        let built = Instant::now();
-        let order_context = OrderContext { mesh, seed: context.seed, training: context.training };
-        let plan = (order.plan_bvh2)(&tree, &order_context);
+        let plan = (order.plan_bvh2)(
+            tree,
+            &OrderContext {
+                mesh: &context.scene.mesh,
+                seed: context.seed,
+                training: context.training,
+            },
+        );
+        let order_ms = start.elapsed().as_secs_f64() * 1e3;
         let stats = BuildStats {
-            build_ms: (built - start).as_secs_f64() * 1e3,
-            order_ms: built.elapsed().as_secs_f64() * 1e3,
+            build_ms: built.build_ms,
+            order_ms,
             memory_bytes: tree.memory_bytes() + plan.memory_bytes(),
             inner_nodes: Some(tree.nodes.len() as u64),
             leaves: Some(tree.leaf_count() as u64),
@@ -89,11 +84,11 @@ impl Bvh2Backend {
             notes: Vec::new(),
         };
         let in_packets = spec.value("trace") == "packet";
-        Ok(Self { tree, plan, in_packets, stats })
+        Ok(Self { built, plan, in_packets, stats })
     }
 
     fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
-        single::any_hit(&self.tree, &self.plan, ray, counter)
+        single::any_hit(&self.built.tree, &self.plan, ray, counter)
     }
 }
 
@@ -103,13 +98,13 @@ impl Accelerator for Bvh2Backend {
     }
 
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        single::closest_hit(&self.tree, ray)
+        single::closest_hit(&self.built.tree, ray)
     }
 
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
         if self.in_packets {
             for (rays, word) in batch.rays.chunks(packet::PACKET_SIZE).zip(occluded) {
-                *word = packet::any_hit(&self.tree, &self.plan, rays, NoCount);
+                *word = packet::any_hit(&self.built.tree, &self.plan, rays, NoCount);
             }
             return;
         }
@@ -128,7 +123,7 @@ impl Accelerator for Bvh2Backend {
             let packets = batch.rays.chunks(packet::PACKET_SIZE);
             let counts = counts.chunks_mut(packet::PACKET_SIZE);
             for ((rays, word), counts) in packets.zip(occluded).zip(counts) {
-                *word = packet::any_hit(&self.tree, &self.plan, rays, counts);
+                *word = packet::any_hit(&self.built.tree, &self.plan, rays, counts);
             }
             return true;
         }

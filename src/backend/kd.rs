@@ -1,13 +1,14 @@
 //! The kd-tree: any order that means something for one, one ray at a time.
 
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
-use crate::build::kd_sah::{self, Splits};
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key};
+use crate::build::kd_sah::Splits;
 use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
 use crate::trace::{Counter, NoCount, kd};
 use crate::tree::{KdTree, Plan};
 use crate::{Error, Result, order};
+use std::sync::Arc;
 use std::time::Instant;
 
 pub(super) static ENTRY: BackendEntry = BackendEntry {
@@ -50,7 +51,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
 };
 
 struct KdBackend {
-    tree: KdTree,
+    built: Arc<Built<KdTree>>,
     plan: Plan,
     stats: BuildStats,
 }
@@ -64,16 +65,18 @@ impl KdBackend {
             "perfect" => Splits::Perfect,
             _ => Splits::Boxes,
         };
-        let start = Instant::now();
-        let tree = kd_sah::build(mesh, splits)
+        let built = context
+            .trees
+            .kd(splits)
             .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
-        let built = Instant::now();
+        let tree = &built.tree;
+        let start = Instant::now();
         let plan =
-            plan_kd(&tree, &OrderContext { mesh, seed: context.seed, training: context.training });
-        let order_ms = built.elapsed().as_secs_f64() * 1e3;
+            plan_kd(tree, &OrderContext { mesh, seed: context.seed, training: context.training });
+        let order_ms = start.elapsed().as_secs_f64() * 1e3;
         let per_triangle = tree.references.len() as f64 / tree.triangles.len().max(1) as f64;
         let stats = BuildStats {
-            build_ms: (built - start).as_secs_f64() * 1e3,
+            build_ms: built.build_ms,
             order_ms,
             memory_bytes: tree.memory_bytes() + plan.memory_bytes(),
             inner_nodes: Some(tree.inner_count() as u64),
@@ -84,11 +87,11 @@ impl KdBackend {
                 format!("{} empty leaves", tree.empty_leaf_count()),
             ],
         };
-        Ok(Self { tree, plan, stats })
+        Ok(Self { built, plan, stats })
     }
 
     fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
-        kd::any_hit(&self.tree, &self.plan, ray, counter)
+        kd::any_hit(&self.built.tree, &self.plan, ray, counter)
     }
 }
 
@@ -98,7 +101,7 @@ impl Accelerator for KdBackend {
     }
 
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        kd::closest_hit(&self.tree, ray)
+        kd::closest_hit(&self.built.tree, ray)
     }
 
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {

@@ -5,8 +5,10 @@ mod bvh2;
 pub mod catalogue;
 mod embree;
 mod kd;
+mod shared_trees;
 mod spec;
 
+pub use shared_trees::{Built, SharedTrees};
 pub use spec::{BackendSpec, Choice, Key};
 
 use crate::Result;
@@ -45,11 +47,13 @@ pub trait Accelerator: Send + Sync {
 /// What building an accelerator took.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct BuildStats {
-    /// Wall-clock time to build the structure, in milliseconds, without `order_ms`.
+    /// Wall-clock time to build the structure, in milliseconds, without `order_ms`. Backends that
+    /// share a tree each say what its one build took.
     pub build_ms: f64,
     /// Wall-clock time to set the traversal order, in milliseconds; 0 where there is none.
     pub order_ms: f64,
-    /// Memory of the structure, in bytes, without the mesh that all backends share.
+    /// Memory of the structure, in bytes, without the mesh that all backends share; with the tree,
+    /// even if others use it too.
     pub memory_bytes: u64,
     /// Inner nodes, where known.
     pub inner_nodes: Option<u64>,
@@ -66,6 +70,8 @@ pub struct BuildStats {
 pub struct BuildContext<'a> {
     /// The scene. Backends use its mesh only.
     pub scene: &'a Scene,
+    /// The scene's trees, for those that share them.
+    pub trees: &'a SharedTrees,
     /// Threads that build; at least 1. Natively, the current rayon pool has as many.
     pub threads: usize,
     /// Seed of anything random in the structure (`order=random`).

@@ -1,9 +1,10 @@
 //! `sato compare`: backends on the same recorded rays, with images, agreement and a report.
 
-use super::options::{Picture, Run, build_backend, load_scene, parse_backend, parse_pass, passes};
+use super::options::{Picture, Run, load_scene, parse_backend, parse_pass, passes};
 use super::{metadata, print, progress};
 use crate::backend::{Accelerator, BackendSpec};
 use crate::image_file::{differences, tone_map, write_exr, write_png};
+use crate::lab::Lab;
 use crate::measure::{Outcome, contest, steps};
 use crate::output::write_atomically;
 use crate::ray::VisitCounts;
@@ -62,9 +63,10 @@ fn compare(arguments: &Arguments) -> Result<()> {
     let scene = load_scene(&arguments.scene, run.quiet)?;
     let passes = passes(&arguments.rays, &Pass::ALL, &scene);
     let settings = arguments.picture.settings(&scene, run.seed, passes, SAMPLES)?;
+    let lab = Lab::new(&scene, run.seed);
     let mut built = Vec::new();
     for spec in &arguments.backend {
-        built.push(build_backend(spec, &scene, run.seed)?);
+        built.push(lab.build(spec)?);
     }
     let contenders: Vec<&dyn Accelerator> = built.iter().map(|b| &**b).collect();
 

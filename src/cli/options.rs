@@ -1,9 +1,7 @@
 //! Options that several subcommands share, and what they stand for.
 
-use crate::backend::{Accelerator, BackendSpec, BuildContext, build};
-use crate::order;
-use crate::ray_set::RaySet;
-use crate::render::{Pass, RenderSettings, record};
+use crate::backend::BackendSpec;
+use crate::render::{Pass, RenderSettings};
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
 use clap::Args;
@@ -84,8 +82,8 @@ impl Picture {
 /// The passes asked for; without any, all that the scene has.
 pub(super) fn passes(asked: &[Pass], default: &[Pass], scene: &Scene) -> Vec<Pass> {
     if asked.is_empty() {
-        let has = |pass: &Pass| *pass != Pass::Shadow || !scene.lights.is_empty();
-        default.iter().copied().filter(has).collect()
+        let all = Pass::all_of(scene);
+        default.iter().copied().filter(|pass| all.contains(pass)).collect()
     } else {
         asked.to_vec()
     }
@@ -110,43 +108,4 @@ pub(super) fn parse_backend(text: &str) -> std::result::Result<BackendSpec, Stri
 /// Parses a pass; for clap.
 pub(super) fn parse_pass(text: &str) -> std::result::Result<Pass, String> {
     text.parse::<Pass>().map_err(|e| e.to_string())
-}
-
-/// Builds a backend on the current pool; one whose order learns from rays is given some.
-pub(super) fn build_backend(
-    spec: &BackendSpec,
-    scene: &Scene,
-    seed: u64,
-) -> Result<Box<dyn Accelerator>> {
-    let order = spec.find_value("order").and_then(order::find);
-    let training = if order.is_some_and(|o| o.needs_training) {
-        Some(training_rays(scene, seed)?)
-    } else {
-        None
-    };
-    let threads = rayon::current_num_threads();
-    build(spec, &BuildContext { scene, threads, seed, training: training.as_ref() })
-}
-
-/// Shadow rays of a small picture of the scene, from samples that the real picture does not use:
-/// an order that learned from the rays it is measured on would look better than it is.
-fn training_rays(scene: &Scene, seed: u64) -> Result<RaySet> {
-    const LONGER_SIDE: u32 = 160;
-    let [width, height] = scene.defaults.size;
-    let scale = f64::from(LONGER_SIDE) / f64::from(width.max(height));
-    let side = |n: u32| ((f64::from(n) * scale).round() as u32).max(1);
-    let settings = RenderSettings {
-        size: [side(width), side(height)],
-        spp: 4,
-        seed: seed.wrapping_add(1),
-        passes: passes(&[], &Pass::ALL, scene),
-        ..RenderSettings::of_scene(scene)
-    };
-    let tracer = build_backend(&"bvh2".parse()?, scene, seed)?;
-    let recording = record(scene, &*tracer, &settings, None)?;
-    let mut all = RaySet::default();
-    for batch in recording.passes().iter().flat_map(|pass| pass.rays().batches()) {
-        all.push_batch(batch.rays);
-    }
-    Ok(all)
 }

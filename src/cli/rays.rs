@@ -1,8 +1,9 @@
 //! `sato rays`: record shadow rays to a file, give recorded rays to backends.
 
-use super::options::{Picture, Run, build_backend, load_scene, parse_backend, parse_pass, passes};
+use super::options::{Picture, Run, load_scene, parse_backend, parse_pass, passes};
 use super::{print, progress};
 use crate::backend::BackendSpec;
+use crate::lab::Lab;
 use crate::measure::{contest, steps};
 use crate::ray_set::{RayFile, RaySet};
 use crate::render::{Pass, record};
@@ -70,7 +71,7 @@ fn record_rays(arguments: &Record) -> Result<()> {
     let scene = load_scene(&arguments.scene, run.quiet)?;
     let passes = passes(&arguments.rays, &Pass::ALL, &scene);
     let settings = picture.settings(&scene, run.seed, passes, 4)?;
-    let accelerator = build_backend(&arguments.backend, &scene, run.seed)?;
+    let accelerator = Lab::new(&scene, run.seed).build(&arguments.backend)?;
     let recording = record(&scene, &*accelerator, &settings, None)?;
     let classes: Vec<_> = recording
         .passes()
@@ -95,9 +96,10 @@ fn replay(arguments: &Replay) -> Result<()> {
         return Err(Error::input(&arguments.file, "holds no ray"));
     }
     let scene = load_scene(arguments.scene.as_ref().unwrap_or(&file.scene), run.quiet)?;
+    let lab = Lab::new(&scene, run.seed);
     let mut built = Vec::new();
     for spec in &arguments.backend {
-        built.push(build_backend(spec, &scene, run.seed)?);
+        built.push(lab.build(spec)?);
     }
     let contenders: Vec<_> = built.iter().map(|b| &**b).collect();
     let specs: Vec<_> = arguments.backend.iter().map(ToString::to_string).collect();

@@ -1,9 +1,10 @@
 //! `sato render`: one picture.
 
-use super::options::{Picture, Run, build_backend, load_scene, parse_backend, parse_pass, passes};
+use super::options::{Picture, Run, load_scene, parse_backend, parse_pass, passes};
 use super::{print, progress};
 use crate::backend::{BackendSpec, BuildStats};
 use crate::image_file::{self, heat_map, tone_map};
+use crate::lab::Lab;
 use crate::render::{Pass, RenderOptions, RenderSettings, RenderStats, render};
 use crate::report::{Provenance, SceneReport, write_json};
 use crate::{Error, Result};
@@ -69,7 +70,7 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
     let scene = load_scene(&arguments.scene, run.quiet)?;
     let passes = passes(&arguments.passes, &[Pass::AmbientOcclusion, Pass::Shadow], &scene);
     let settings = arguments.picture.settings(&scene, run.seed, passes, SAMPLES)?;
-    let accelerator = build_backend(&arguments.backend, &scene, run.seed)?;
+    let accelerator = Lab::new(&scene, run.seed).build(&arguments.backend)?;
     let bar = progress::bar("render", 0, run.quiet);
     let progress = |done: usize, total: usize| {
         bar.set_length(total as u64);

@@ -16,6 +16,7 @@ mod stats;
 mod streaming;
 mod surface;
 mod tile;
+mod training;
 mod walk;
 pub mod warp;
 
@@ -27,6 +28,7 @@ pub use stats::{ClassStats, RenderStats};
 pub use streaming::{RenderOptions, Rendering, render};
 pub use surface::SurfacePoint;
 pub use tile::{TILE_PIXELS, TILE_SIZE, Tile, TileGrid, TileOrder};
+pub use training::training_rays;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

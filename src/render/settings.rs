@@ -18,6 +18,12 @@ impl Pass {
     pub const ALL: [Self; 3] =
         [Self::AmbientOcclusion, Self::AmbientOcclusionUnbounded, Self::Shadow];
 
+    /// All passes that have rays in `scene`: shadows need a light.
+    pub fn all_of(scene: &crate::scene::Scene) -> Vec<Self> {
+        let has = |pass: &Self| *pass != Self::Shadow || !scene.lights.is_empty();
+        Self::ALL.into_iter().filter(has).collect()
+    }
+
     /// As typed and as in reports.
     pub const fn name(self) -> &'static str {
         match self {

@@ -4,7 +4,7 @@
 pub mod random;
 
 use sato::backend::catalogue::BACKENDS;
-use sato::backend::{Accelerator, BackendSpec, BuildContext, build};
+use sato::backend::{Accelerator, BackendSpec, BuildContext, SharedTrees, build};
 use sato::geometry::{TriangleMesh, Vec3};
 use sato::ray::{Ray, RayBatch, words_for};
 use sato::ray_set::RaySet;
@@ -49,7 +49,9 @@ pub fn built(spec: &BackendSpec, scene: &Scene) -> Box<dyn Accelerator> {
     let rays: Vec<_> = (0..500).map(|_| random.ray()).collect();
     let mut training = RaySet::default();
     training.push_batch(&rays);
-    let context = BuildContext { scene, threads: 2, seed: 1, training: Some(&training) };
+    let trees = SharedTrees::of(scene);
+    let context =
+        BuildContext { scene, trees: &trees, threads: 2, seed: 1, training: Some(&training) };
     build(spec, &context).expect("builds")
 }
 

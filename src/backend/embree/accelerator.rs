@@ -195,6 +195,7 @@ impl Accelerator for Embree {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::backend::SharedTrees;
     use crate::scene::{Camera, Defaults, Scene};
     use crate::test_random::Random;
     use glam::Vec3;
@@ -209,7 +210,9 @@ mod tests {
             defaults: Defaults { ao_radius: 1.0, size: [8, 8] },
             warnings: Vec::new(),
         };
-        let context = BuildContext { scene: &scene, threads: 2, seed: 0, training: None };
+        let trees = SharedTrees::of(&scene);
+        let context =
+            BuildContext { scene: &scene, trees: &trees, threads: 2, seed: 0, training: None };
         for quality in ["low", "medium", "high"] {
             let spec: BackendSpec = format!("embree:quality={quality}").parse().unwrap();
             let text = match build_within(0, &spec, &context) {

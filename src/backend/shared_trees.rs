@@ -1,0 +1,79 @@
+//! Trees that several backends of one scene use: an order is a plan beside a tree, so backends that
+//! differ in order or kernel alone share it.
+
+use crate::build::BuilderEntry;
+use crate::build::kd_sah::{self, Splits};
+use crate::geometry::TriangleMesh;
+use crate::scene::Scene;
+use crate::tree::{Bvh2, ChildRef, KdTree};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+/// A tree and what building it took.
+#[derive(Debug)]
+pub struct Built<T> {
+    /// The tree.
+    pub tree: T,
+    /// Wall-clock time of the one build, in milliseconds.
+    pub build_ms: f64,
+}
+
+/// The trees of one scene: each is built when it is first asked for, and only then.
+#[derive(Debug)]
+pub struct SharedTrees {
+    mesh: Arc<TriangleMesh>,
+    bvh2: Mutex<Vec<(&'static str, Arc<Built<Bvh2>>)>>,
+    kd: Mutex<Vec<(Splits, Arc<Built<KdTree>>)>>,
+}
+
+impl SharedTrees {
+    /// No tree yet.
+    pub fn of(scene: &Scene) -> Self {
+        Self { mesh: Arc::clone(&scene.mesh), bvh2: Mutex::default(), kd: Mutex::default() }
+    }
+
+    /// The binary tree of `builder`, built on the current rayon pool if need be.
+    ///
+    /// # Errors
+    /// If the mesh is larger than the layout can hold.
+    pub fn bvh2(&self, builder: &'static BuilderEntry) -> Result<Arc<Built<Bvh2>>, String> {
+        if self.mesh.len() > ChildRef::MAX_TRIANGLES {
+            return Err(format!(
+                "{} triangles are more than the {} that a tree can hold",
+                self.mesh.len(),
+                ChildRef::MAX_TRIANGLES
+            ));
+        }
+        shared(&self.bvh2, builder.name, || Ok((builder.build)(&self.mesh)))
+    }
+
+    /// The kd-tree with these splits, likewise.
+    ///
+    /// # Errors
+    /// If the mesh or the tree is larger than the layout can hold.
+    pub fn kd(&self, splits: Splits) -> Result<Arc<Built<KdTree>>, String> {
+        shared(&self.kd, splits, || kd_sah::build(&self.mesh, splits))
+    }
+}
+
+/// What the list has under `key`; built and added if there is none.
+fn shared<K: Copy + PartialEq, T>(
+    list: &Mutex<Vec<(K, Arc<Built<T>>)>>,
+    key: K,
+    build: impl FnOnce() -> Result<T, String>,
+) -> Result<Arc<Built<T>>, String> {
+    let find = || {
+        let list = list.lock().unwrap_or_else(PoisonError::into_inner);
+        list.iter().find(|entry| entry.0 == key).map(|entry| Arc::clone(&entry.1))
+    };
+    if let Some(built) = find() {
+        return Ok(built);
+    }
+    // Not under the lock: a thread that waits for its pool may take up other work, even some that
+    // asks for a tree. At worst one is built twice.
+    let start = Instant::now();
+    let tree = build()?;
+    let built = Arc::new(Built { tree, build_ms: start.elapsed().as_secs_f64() * 1e3 });
+    list.lock().unwrap_or_else(PoisonError::into_inner).push((key, Arc::clone(&built)));
+    Ok(built)
+}

@@ -1,0 +1,70 @@
+//! A scene with what is made for it when something asks: trees that backends share, rays to learn
+//! from, the backends themselves.
+
+use crate::Result;
+use crate::backend::{Accelerator, BackendSpec, BuildContext, SharedTrees, build};
+use crate::order;
+use crate::ray_set::RaySet;
+use crate::render::training_rays;
+use crate::scene::Scene;
+use std::cell::OnceCell;
+
+/// Where the backends of one scene are built, on the current rayon pool.
+#[derive(Debug)]
+pub struct Lab<'a> {
+    scene: &'a Scene,
+    seed: u64,
+    trees: SharedTrees,
+    training: OnceCell<RaySet>,
+}
+
+impl<'a> Lab<'a> {
+    /// Nothing is built yet. The seed is that of random orders and of the rays to learn from.
+    pub fn new(scene: &'a Scene, seed: u64) -> Self {
+        Self { scene, seed, trees: SharedTrees::of(scene), training: OnceCell::new() }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The seed.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The trees built so far, and those to come.
+    pub fn trees(&self) -> &SharedTrees {
+        &self.trees
+    }
+
+    /// Rays for orders that learn, recorded once.
+    ///
+    /// # Errors
+    /// As [`record`](crate::render::record).
+    pub fn training(&self) -> Result<&RaySet> {
+        if self.training.get().is_none() {
+            let tracer = self.built(&"bvh2".parse()?, None)?;
+            let rays = training_rays(self.scene, &*tracer, self.seed)?;
+            self.training.get_or_init(|| rays);
+        }
+        Ok(self.training.get().expect("recorded above"))
+    }
+
+    /// Builds a backend; one whose order learns from rays is given some.
+    ///
+    /// # Errors
+    /// As [`build`].
+    pub fn build(&self, spec: &BackendSpec) -> Result<Box<dyn Accelerator>> {
+        let order = spec.find_value("order").and_then(order::find);
+        let learns = order.is_some_and(|o| o.needs_training);
+        self.built(spec, if learns { Some(self.training()?) } else { None })
+    }
+
+    fn built(&self, spec: &BackendSpec, training: Option<&RaySet>) -> Result<Box<dyn Accelerator>> {
+        let threads = rayon::current_num_threads();
+        let Self { scene, ref trees, seed, .. } = *self;
+        build(spec, &BuildContext { scene, trees, threads, seed, training })
+    }
+}
