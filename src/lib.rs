@@ -20,6 +20,7 @@ pub mod backend;
 pub mod measure;
 pub mod render;
 
+pub mod chart;
 pub mod image_file;
 pub mod report;
 

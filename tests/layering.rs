@@ -20,6 +20,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("backend", 5, &[]),
     ("measure", 6, &[]),
     ("render", 6, &[]),
+    ("chart", 7, &[]),
     ("image_file", 7, &[]),
     ("report", 7, &[]),
     ("cli", 8, &[]),
