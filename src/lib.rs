@@ -22,6 +22,7 @@ pub mod render;
 
 pub mod lab;
 
+pub mod chart;
 pub mod image_file;
 pub mod report;
 

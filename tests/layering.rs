@@ -21,6 +21,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("measure", 6, &[]),
     ("render", 6, &[]),
     ("lab", 7, &[]),
+    ("chart", 7, &[]),
     ("image_file", 7, &[]),
     ("report", 7, &[]),
     ("cli", 8, &[]),

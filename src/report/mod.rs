@@ -1,9 +1,11 @@
-//! Reports: plain records with the units in their field names. JSON is the record; the table is a
-//! view of it.
+//! Reports: plain records with the units in their field names. JSON is the record; the table and
+//! CSV are views of it.
 
 mod compare;
+mod csv;
 mod table;
 
+pub use self::csv::write_csv;
 pub use compare::{
     AgreementReport, BackendReport, ClassReport, ClassResult, CompareReport, PrimaryReport,
     SceneReport,
