@@ -26,6 +26,8 @@ pub mod chart;
 pub mod image_file;
 pub mod report;
 
+pub mod bench;
+
 pub mod cli;
 
 // Unit tests and the suites in `tests` share their random geometry.

@@ -24,7 +24,8 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("chart", 7, &[]),
     ("image_file", 7, &[]),
     ("report", 7, &[]),
-    ("cli", 8, &[]),
+    ("bench", 8, &[]),
+    ("cli", 9, &[]),
 ];
 
 fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {

@@ -1,98 +1,14 @@
-//! Traversal orders: the paper's own example, ties, threads, and what needs recorded rays.
+//! Traversal orders: ties, threads, and what needs recorded rays.
 
 mod common;
 
 use common::random::Random;
 use common::scene_of;
 use sato::backend::{BuildContext, SharedTrees, build};
-use sato::geometry::{Aabb, TriangleMesh, Vec3};
+use sato::geometry::TriangleMesh;
 use sato::order::{ORDERS, OrderContext, find};
-use sato::ray::Ray;
 use sato::ray_set::RaySet;
-use sato::trace::{Counter, single};
-use sato::tree::{Bvh2, ChildRef, Node2, Plan};
-
-/// Names nodes and triangles as the paper's slides do.
-struct Names<'a> {
-    tree: &'a Bvh2,
-    leaf: std::ops::Range<usize>,
-    visits: Vec<String>,
-}
-
-impl Counter for Names<'_> {
-    fn node(&mut self) {}
-
-    fn triangles(&mut self, count: usize) {
-        for slot in self.leaf.by_ref().take(count) {
-            self.visits.push(format!("T{}", self.tree.triangle_ids[slot]));
-        }
-    }
-
-    fn enter(&mut self, child: ChildRef) {
-        if child.is_leaf() {
-            self.leaf = child.leaf_slots();
-            self.visits.push(["N1", "N3", "N4"][self.leaf.start / 2].into());
-        } else {
-            self.visits.push(["N0", "N2"][child.node_index()].into());
-        }
-    }
-}
-
-/// The example of the slides "SATO: Surface-Area Traversal Order for Ray Tracing" (Nah, 2013): a
-/// large occluder behind small triangles that the ray passes.
-#[test]
-fn the_example_of_the_slides() {
-    let small = |x: f32, y: f32| [[x, y, 0.0], [x, y + 1.0, 0.0], [x, y, 1.0]];
-    let large = |x: f32| [[x, -9.0, -9.0], [x, 30.0, -9.0], [x, -9.0, 30.0]];
-    let corners = [
-        large(9.0),
-        large(8.0),
-        small(2.0, 0.0),
-        small(3.0, 0.0),
-        small(4.0, 5.0),
-        small(5.0, 5.0),
-    ];
-    let mesh = TriangleMesh::new(
-        corners.iter().flatten().map(|c| Vec3::from_array(*c)).collect(),
-        (0..6).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-    );
-    let triangle_ids = vec![0, 1, 4, 5, 2, 3];
-    let bounds_of = |ids: &[u32]| {
-        ids.iter().fold(Aabb::EMPTY, |b, &i| b.union(mesh.triangle(i as usize).bounds()))
-    };
-    let leaf = |first| ChildRef::leaf(first, 2);
-    let tree = Bvh2::new(
-        vec![
-            Node2 {
-                bounds: [bounds_of(&[2, 3, 4, 5]), bounds_of(&[0, 1])],
-                children: [ChildRef::inner(1), leaf(0)],
-                counts: [4, 2],
-            },
-            Node2 {
-                bounds: [bounds_of(&[4, 5]), bounds_of(&[2, 3])],
-                children: [leaf(2), leaf(4)],
-                counts: [2, 2],
-            },
-        ],
-        Some(ChildRef::inner(0)),
-        bounds_of(&triangle_ids),
-        triangle_ids.iter().map(|&i| mesh.triangle(i as usize)).collect(),
-        triangle_ids,
-    );
-    tree.validate(&mesh).unwrap();
-    // Through the boxes of T2 and T3, past both; past the box of N3; into T0 and T1.
-    let ray = Ray::new(Vec3::new(0.0, 0.9, 0.9), Vec3::X, f32::INFINITY);
-    let visits = |order: &str| {
-        let plan = (find(order).unwrap().plan_bvh2)(&tree, &OrderContext::new(&mesh));
-        let mut names = Names { tree: &tree, leaf: 0..0, visits: Vec::new() };
-        assert!(single::any_hit(&tree, &plan, &ray, &mut names), "{order}");
-        names.visits.join(" ")
-    };
-    assert_eq!(visits("near"), "N0 N2 N4 T2 T3 N1 T0");
-    for order in ["node-sato", "prim-sato-avg", "prim-sato-max", "prim-num", "rtsah", "p-over-c"] {
-        assert_eq!(visits(order), "N0 N1 T0", "{order}");
-    }
-}
+use sato::tree::{Bvh2, ChildRef, Plan};
 
 fn built(mesh: &TriangleMesh) -> Bvh2 {
     (sato::build::find("binned").unwrap().build)(mesh)

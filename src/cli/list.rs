@@ -3,6 +3,7 @@
 use super::print;
 use crate::Result;
 use crate::backend::catalogue::BACKENDS;
+use crate::bench::EXPERIMENTS;
 use crate::scene::FORMATS;
 use crate::scene::generate::GENERATORS;
 use std::fmt::Write;
@@ -29,6 +30,10 @@ pub(super) fn run() -> Result<()> {
     text.push('\n');
     for generator in GENERATORS {
         let _ = writeln!(text, "  {:<15} {}", generator.name, generator.about);
+    }
+    text.push_str("\nExperiments: sato bench EXPERIMENT\n\n");
+    for experiment in EXPERIMENTS {
+        let _ = writeln!(text, "  {:<15} {}", experiment.name, experiment.about);
     }
     print(&text)
 }

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, and what they share.
 
+mod bench;
 mod compare;
 mod list;
 mod options;
@@ -34,13 +35,15 @@ enum Command {
     Render(render::Arguments),
     /// Time backends on the same recorded rays and show where they disagree
     Compare(compare::Arguments),
+    /// Run the paper's experiments: order times, speed-ups, similarity, limits
+    Bench(bench::Arguments),
     /// Record shadow rays to a file, or give recorded rays to backends
     #[command(subcommand)]
     Rays(rays::Command),
     /// Look at a scene's geometry, or write it as OBJ
     #[command(subcommand)]
     Scene(scene::Command),
-    /// Print every backend, builder, traversal order, ray class and scene generator
+    /// Print every backend, builder, traversal order, ray class, experiment and scene generator
     List,
 }
 
@@ -49,6 +52,7 @@ pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Rays(command) => rays::run(&command),
         Command::Scene(command) => scene::run(&command),
         Command::List => list::run(),

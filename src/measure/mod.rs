@@ -6,7 +6,7 @@ mod timing;
 
 pub use agreement::{Agreement, agreement};
 pub use contest::{Outcome, Performance, Visits, contest, steps};
-pub use timing::{Summary, interleaved, ratios};
+pub use timing::{Summary, geometric_mean, interleaved, ratios};
 
 use crate::backend::Accelerator;
 use crate::ray::VisitCounts;

@@ -56,9 +56,24 @@ pub fn ratios(first: &[f64], other: &[f64]) -> Summary {
     Summary::of(&ratios)
 }
 
+/// The geometric mean of the positive values among these; `None` if there is none.
+pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values
+        .into_iter()
+        .filter(|v| *v > 0.0 && v.is_finite())
+        .fold((0.0, 0u32), |(sum, count), v| (sum + v.ln(), count + 1));
+    (count > 0).then(|| (sum / f64::from(count)).exp())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn geometric_means() {
+        assert!((geometric_mean([1.0, 4.0, f64::NAN, 0.0]).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(geometric_mean([f64::NAN]), None);
+    }
 
     #[test]
     fn medians() {

@@ -93,6 +93,21 @@ impl RaySet {
         self.batches.iter().flat_map(move |b| (0..b.rays).map(move |i| bit(&answers[b.words()], i)))
     }
 
+    /// The rays that are not occluded and those that are, each in the batches that they came in.
+    pub fn split_by(&self, answers: &[u64]) -> [Self; 2] {
+        let mut sides = [Self::default(), Self::default()];
+        for batch in &self.batches {
+            let words = &answers[batch.words()];
+            let rays = &self.rays[batch.first_ray..][..batch.rays];
+            for (side, set) in sides.iter_mut().enumerate() {
+                let of_side = |&i: &usize| usize::from(bit(words, i)) == side;
+                let chosen: Vec<Ray> = (0..rays.len()).filter(of_side).map(|i| rays[i]).collect();
+                set.push_batch(&chosen);
+            }
+        }
+        sides
+    }
+
     /// Indices of the rays that two sets of answers disagree on, rising.
     pub fn differing(&self, a: &[u64], b: &[u64]) -> Vec<usize> {
         let mut rays = Vec::new();
@@ -143,5 +158,10 @@ mod tests {
         let differing = set.differing(&answers, &set.no_answers());
         let blocked: Vec<_> = (0..set.len()).filter(|&i| expected[i]).collect();
         assert_eq!(differing, blocked);
+        let [open, occluded] = set.split_by(&answers);
+        for (wanted, part) in [(false, open), (true, occluded)] {
+            let chosen = set.rays().iter().zip(&expected).filter(|(_, e)| **e == wanted);
+            assert!(chosen.map(|(ray, _)| ray).eq(part.rays()));
+        }
     }
 }

@@ -11,6 +11,7 @@ pub use compare::{
     SceneReport,
 };
 pub use table::compare_text;
+pub(crate) use table::table;
 
 use crate::output::write_atomically;
 use crate::{Error, Result};
@@ -61,7 +62,8 @@ pub fn command_line() -> Vec<String> {
     std::iter::once("sato".to_string()).chain(arguments).collect()
 }
 
-fn cpu_name() -> Option<String> {
+/// The processor as the system names it.
+pub fn cpu_name() -> Option<String> {
     let text = if cfg!(target_os = "linux") {
         std::fs::read_to_string("/proc/cpuinfo").ok()?
     } else {

@@ -4,8 +4,10 @@ use super::{ClassReport, CompareReport};
 use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Write;
 
-fn table(header: &[&str]) -> Table {
+/// A table without lines: the first column to the left, numbers to the right.
+pub(crate) fn table(header: impl IntoIterator<Item = impl Into<comfy_table::Cell>>) -> Table {
     let mut table = Table::new();
+    let header: Vec<comfy_table::Cell> = header.into_iter().map(Into::into).collect();
     table.load_style(presets::NOTHING).set_header(header);
     for (index, column) in table.column_iter_mut().enumerate() {
         column.set_padding((0, 2));

@@ -37,11 +37,12 @@ use rayon::prelude::*;
 use split::{Side, Split, best_on_axis, leaf_cost};
 
 /// What is listed in a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Splits {
     /// Triangles that reach into it, each cut by a plane being clipped to the new cells.
     Perfect,
     /// Triangles whose boxes reach into it.
+    #[default]
     Boxes,
 }
 

@@ -1,28 +1,29 @@
 //! PrimSATO (Nah and Manocha, "SATO", 2014): the side with the larger triangles first, by their
 //! mean area or by the largest one. Areas are of whole triangles, not of their parts in the cell.
 
-use super::summary::{SubtreeSummary, for_each_inner};
+use super::summary::{SubtreeSummary, for_each_pair};
 use crate::order::OrderContext;
 use crate::tree::{KdTree, NodeBits, Plan};
 
 /// The side whose triangles have the larger mean area first.
 pub fn prim_sato_average(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
     // Crosswise, so that no division is needed.
-    upper_where(tree, |[lower, upper]| {
+    upper_where::<true>(tree, |[lower, upper]| {
         upper.area_sum * f64::from(lower.count) > lower.area_sum * f64::from(upper.count)
     })
 }
 
 /// The side with the largest triangle first.
 pub fn prim_sato_max(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
-    upper_where(tree, |[lower, upper]| upper.area_max > lower.area_max)
+    upper_where::<false>(tree, |[lower, upper]| upper.area_max > lower.area_max)
 }
 
-fn upper_where(tree: &KdTree, upper_first: impl Fn([SubtreeSummary; 2]) -> bool) -> Plan {
+fn upper_where<const SUMS: bool>(
+    tree: &KdTree,
+    upper_first: impl Fn([SubtreeSummary; 2]) -> bool,
+) -> Plan {
     let mut bits = NodeBits::none(tree.nodes.len());
-    for_each_inner(tree, |index, sides| {
-        bits.set(index, tree.nodes[index].has_two() && upper_first(sides));
-    });
+    for_each_pair::<SUMS>(tree, |index, sides| bits.set(index, upper_first(sides)));
     Plan::Fixed(bits)
 }
 
