@@ -8,22 +8,22 @@ use crate::tree::{KdTree, NodeBits, Plan};
 /// The side whose triangles have the larger mean area first.
 pub fn prim_sato_average(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
     // Crosswise, so that no division is needed.
-    upper_where::<true>(tree, |[lower, upper]| {
+    upper_where::<true, false>(tree, |[lower, upper]| {
         upper.area_sum * f64::from(lower.count) > lower.area_sum * f64::from(upper.count)
     })
 }
 
 /// The side with the largest triangle first.
 pub fn prim_sato_max(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
-    upper_where::<false>(tree, |[lower, upper]| upper.area_max > lower.area_max)
+    upper_where::<false, true>(tree, |[lower, upper]| upper.area_max > lower.area_max)
 }
 
-fn upper_where<const SUMS: bool>(
+fn upper_where<const SUMS: bool, const MAXIMA: bool>(
     tree: &KdTree,
     upper_first: impl Fn([SubtreeSummary; 2]) -> bool,
 ) -> Plan {
     let mut bits = NodeBits::none(tree.nodes.len());
-    for_each_pair::<SUMS>(tree, |index, sides| bits.set(index, upper_first(sides)));
+    for_each_pair::<SUMS, MAXIMA>(tree, |index, sides| bits.set(index, upper_first(sides)));
     Plan::Fixed(bits)
 }
 

@@ -29,17 +29,37 @@ pub struct SubtreeSummary {
 /// nodes, that of nothing.
 pub fn summaries(tree: &KdTree) -> Vec<[SubtreeSummary; 2]> {
     let mut all = vec![Default::default(); tree.nodes.len()];
-    for_each_pair::<true>(tree, |index, sides| all[index] = sides);
+    for_each_pair::<true, true>(tree, |index, sides| all[index] = sides);
     all
 }
 
 /// A subtree that waits for its parent.
 #[derive(Clone, Copy, Default)]
 struct Done {
-    root: u32,
     summary: SubtreeSummary,
     /// Area that it has in common with the leaves since.
     common: f64,
+}
+
+/// Waiting subtrees that are compared without asking how that goes.
+const AT_ONCE: usize = 4;
+
+/// At the bottom are some that nothing is in: they end every search.
+const STACK: usize = AT_ONCE + 1 + KD_MAX_DEPTH + 1;
+
+/// The place of the waiting subtree with the leaf `later` in it; the topmost for 0. Mostly it is
+/// among the topmost, but no processor foresees which: so there are no branches up to there.
+#[inline(always)]
+fn place_of(later: u32, roots: &[u32; STACK], waiting: usize) -> usize {
+    let mut place = waiting - 1;
+    loop {
+        let below = &roots[place - AT_ONCE..place];
+        let steps: usize = below.iter().map(|&root| usize::from(root <= later)).sum();
+        place -= steps;
+        if steps < AT_ONCE {
+            return place;
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -50,57 +70,61 @@ struct Seen {
 }
 
 /// Calls `visit` with the index of each node with two children and the summaries of its cells,
-/// children before parents. The sums of areas are 0 unless `SUMS` asks for them.
-pub(super) fn for_each_pair<const SUMS: bool>(
+/// children before parents. Sums and maxima of areas are 0 unless `SUMS` and `MAXIMA` ask for them.
+pub(super) fn for_each_pair<const SUMS: bool, const MAXIMA: bool>(
     tree: &KdTree,
     mut visit: impl FnMut(usize, [SubtreeSummary; 2]),
 ) {
     let seen = tree.triangles.par_iter().with_min_len(8192);
     let mut seen: Vec<Seen> = seen.map(|t| Seen { area: t.area() as f32, leaf: 0 }).collect();
-    // Two at the bottom that nothing is in end every search.
-    let bottom = Done { root: u32::MAX, ..Done::default() };
-    let mut stack = [bottom; KD_MAX_DEPTH + 3];
-    let mut waiting = 2;
+    let mut stack = [Done::default(); STACK];
+    // Their roots, falling: the last is the topmost.
+    let mut roots = [u32::MAX; STACK];
+    let mut waiting = AT_ONCE + 1;
     for (index, (node, &count)) in tree.nodes.iter().zip(&tree.counts).enumerate().rev() {
         if node.is_leaf() {
             let mut summary = SubtreeSummary { count, ..SubtreeSummary::default() };
-            let (top, below_top) = (waiting - 1, stack[waiting - 2].root);
-            let mut common = 0.0;
             for &slot in &tree.references[node.leaf_range()] {
                 let seen = &mut seen[slot as usize];
-                summary.area_max = summary.area_max.max(seen.area);
+                if MAXIMA {
+                    summary.area_max = larger(summary.area_max, seen.area);
+                }
                 if SUMS {
                     let area = f64::from(seen.area);
                     summary.area_sum += area;
                     let later = std::mem::replace(&mut seen.leaf, index as u32);
-                    if later < below_top {
-                        // No branch, as no processor foresees which triangles are new.
-                        common += if later == 0 { 0.0 } else { area };
-                    } else {
-                        let mut place = top - 1;
-                        while stack[place - 1].root <= later {
-                            place -= 1;
-                        }
-                        stack[place].common += area;
-                    }
+                    let is_known = u64::from(later != 0).wrapping_neg();
+                    let place = place_of(later, &roots, waiting);
+                    stack[place].common += f64::from_bits(area.to_bits() & is_known);
                 }
             }
-            stack[top].common += common;
-            stack[waiting] = Done { root: index as u32, summary, common: 0.0 };
+            stack[waiting] = Done { summary, common: 0.0 };
+            roots[waiting] = index as u32;
             waiting += 1;
         } else if !node.is_single() {
             let [Done { summary: upper, common, .. }, Done { summary: lower, .. }] =
                 [stack[waiting - 2], stack[waiting - 1]];
             visit(index, [lower, upper]);
-            // Rounding must not make it less than either side's.
-            let area_sum =
-                (lower.area_sum + upper.area_sum - common).max(lower.area_sum).max(upper.area_sum);
-            let area_max = lower.area_max.max(upper.area_max);
+            let mut summary = SubtreeSummary { count, ..SubtreeSummary::default() };
+            if MAXIMA {
+                summary.area_max = larger(lower.area_max, upper.area_max);
+            }
+            if SUMS {
+                // Rounding must not make it less than either side's.
+                let sides = larger(lower.area_sum, upper.area_sum);
+                summary.area_sum = larger(lower.area_sum + upper.area_sum - common, sides);
+            }
             waiting -= 1;
-            let summary = SubtreeSummary { count, area_sum, area_max };
-            stack[waiting - 1] = Done { root: index as u32, summary, common: 0.0 };
+            stack[waiting - 1] = Done { summary, common: 0.0 };
+            roots[waiting - 1] = index as u32;
         }
     }
+}
+
+/// The larger number: one instruction, unlike `max`, which looks out for NaN.
+#[inline(always)]
+fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if a > b { a } else { b }
 }
 
 #[cfg(test)]
