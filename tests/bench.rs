@@ -1,6 +1,7 @@
 //! `sato bench` on a small scene, end to end: every experiment, its files and its record.
 
 use assert_cmd::Command;
+use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use serde_json::Value;
 use std::collections::HashSet;
