@@ -1,6 +1,7 @@
 //! Builders of binary trees, and their catalogue. A builder knows nothing of traversal orders.
 
 mod binned;
+mod clip;
 pub mod kd_sah;
 
 use crate::geometry::TriangleMesh;
