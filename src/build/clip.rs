@@ -108,10 +108,6 @@ mod tests {
     use super::*;
     use crate::test_random::Random;
 
-    fn overlap(a: &Aabb, b: &Aabb) -> Aabb {
-        Aabb { min: a.min.max(b.min), max: a.max.min(b.max) }
-    }
-
     /// Whatever planes cut a reference, through a point of its triangle, past it by a hair or
     /// anywhere: what they leave of the box around the point is covered.
     #[test]
@@ -148,16 +144,15 @@ mod tests {
                 halves[0].max[axis] = position;
                 halves[1].min[axis] = position;
                 let first = random.bits() as usize % 2;
-                let side =
-                    if overlap(&around, &halves[first]).is_empty() { 1 - first } else { first };
+                let side = if around.overlap(halves[first]).is_empty() { 1 - first } else { first };
                 let parts = halves.map(|half| clipped_bounds(&triangle, &half, &half));
                 cut += usize::from(parts[side].is_some_and(|p| p != halves[side]));
                 for (part, half) in parts.iter().zip(&halves) {
-                    let left = overlap(&around, half);
+                    let left = around.overlap(*half);
                     let covered = left.is_empty() || part.is_some_and(|p| p.contains(&left));
                     assert!(covered, "round {round}: {triangle:?} {half:?} {part:?} {left:?}");
                 }
-                around = overlap(&around, &halves[side]);
+                around = around.overlap(halves[side]);
                 bounds = parts[side].expect("it covers something");
             }
         }

@@ -3,6 +3,8 @@
 mod binned;
 mod clip;
 pub mod kd_sah;
+mod object_split;
+mod top_down;
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;
@@ -25,3 +27,13 @@ pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY];
 pub fn find(name: &str) -> Option<&'static BuilderEntry> {
     BUILDERS.iter().copied().find(|b| b.name == name)
 }
+
+/// An integer that sorts as the finite `position` does, with both zeros alike.
+#[inline(always)]
+fn ordered(position: f32) -> u32 {
+    let bits = (position + 0.0).to_bits();
+    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
+}
+
+#[cfg(test)]
+mod tests;

@@ -55,6 +55,12 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// What both hold; empty where that is nothing.
+    #[must_use]
+    pub fn overlap(self, other: Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+
     /// Whether it holds no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
