@@ -4,6 +4,7 @@ mod binned;
 mod clip;
 pub mod kd_sah;
 mod object_split;
+mod sweep;
 mod top_down;
 
 use crate::geometry::TriangleMesh;
@@ -21,7 +22,7 @@ pub struct BuilderEntry {
 }
 
 /// All builders.
-pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY];
+pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY, &sweep::ENTRY];
 
 /// The builder called `name`.
 pub fn find(name: &str) -> Option<&'static BuilderEntry> {
