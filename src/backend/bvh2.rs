@@ -79,6 +79,9 @@ impl Bvh2Backend {
         let built = Instant::now();
         let order_context = OrderContext { mesh, seed: context.seed, training: context.training };
         let plan = (order.plan_bvh2)(&mut tree, &order_context);
+        let per_triangle = tree.triangles.len() as f64 / mesh.len().max(1) as f64;
+        let notes =
+            (per_triangle > 1.0).then(|| format!("{per_triangle:.2} references per triangle"));
         let stats = BuildStats {
             build_ms: (built - start).as_secs_f64() * 1e3,
             order_ms: built.elapsed().as_secs_f64() * 1e3,
@@ -86,7 +89,7 @@ impl Bvh2Backend {
             inner_nodes: Some(tree.nodes.len() as u64),
             leaves: Some(tree.leaf_count() as u64),
             sah_cost: Some(tree.sah_cost()),
-            notes: Vec::new(),
+            notes: notes.into_iter().collect(),
         };
         let in_packets = spec.value("trace") == "packet";
         Ok(Self { tree, plan, in_packets, stats })

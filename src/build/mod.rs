@@ -4,6 +4,7 @@ mod binned;
 mod clip;
 pub mod kd_sah;
 mod object_split;
+mod spatial;
 mod sweep;
 mod top_down;
 
@@ -22,7 +23,7 @@ pub struct BuilderEntry {
 }
 
 /// All builders.
-pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY, &sweep::ENTRY];
+pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY, &sweep::ENTRY, &spatial::ENTRY];
 
 /// The builder called `name`.
 pub fn find(name: &str) -> Option<&'static BuilderEntry> {
