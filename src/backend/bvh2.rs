@@ -74,6 +74,8 @@ impl Bvh2Backend {
             },
         );
         let order_ms = start.elapsed().as_secs_f64() * 1e3;
+        let references = tree.triangles.len() as f64 / context.scene.mesh.len().max(1) as f64;
+        let notes = (references > 1.0).then(|| format!("{references:.2} references per triangle"));
         let stats = BuildStats {
             build_ms: built.build_ms,
             order_ms,
@@ -81,7 +83,7 @@ impl Bvh2Backend {
             inner_nodes: Some(tree.nodes.len() as u64),
             leaves: Some(tree.leaf_count() as u64),
             sah_cost: Some(tree.sah_cost()),
-            notes: Vec::new(),
+            notes: notes.into_iter().collect(),
         };
         let in_packets = spec.value("trace") == "packet";
         Ok(Self { built, plan, in_packets, stats })

@@ -29,14 +29,14 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             about: "in which cells a triangle is listed",
             choices: || {
                 vec![
-                    Choice { name: "boxes", about: "those that the triangle's box reaches into" },
                     Choice {
                         name: "perfect",
-                        about: "those that the triangle itself reaches into; rays in its plane may differ",
+                        about: "those that the triangle itself reaches into",
                     },
+                    Choice { name: "boxes", about: "those that the triangle's box reaches into" },
                 ]
             },
-            default: "boxes",
+            default: "perfect",
         },
         Key {
             name: "trace",
@@ -62,8 +62,8 @@ impl KdBackend {
         let plan_kd = order::find(spec.value("order")).and_then(|o| o.plan_kd);
         let plan_kd = plan_kd.expect("specs are checked");
         let splits = match spec.value("splits") {
-            "perfect" => Splits::Perfect,
-            _ => Splits::Boxes,
+            "boxes" => Splits::Boxes,
+            _ => Splits::Perfect,
         };
         let built = context
             .trees

@@ -1,7 +1,12 @@
 //! Builders of binary trees, and their catalogue. A builder knows nothing of traversal orders.
 
 mod binned;
+mod clip;
 pub mod kd_sah;
+mod object_split;
+mod spatial;
+mod sweep;
+mod top_down;
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;
@@ -18,9 +23,19 @@ pub struct BuilderEntry {
 }
 
 /// All builders.
-pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY];
+pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY, &sweep::ENTRY, &spatial::ENTRY];
 
 /// The builder called `name`.
 pub fn find(name: &str) -> Option<&'static BuilderEntry> {
     BUILDERS.iter().copied().find(|b| b.name == name)
 }
+
+/// An integer that sorts as the finite `position` does, with both zeros alike.
+#[inline(always)]
+fn ordered(position: f32) -> u32 {
+    let bits = (position + 0.0).to_bits();
+    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
+}
+
+#[cfg(test)]
+mod tests;

@@ -95,26 +95,85 @@ fn a_larger_box_is_met_whenever_a_smaller_one_is() {
     }
 }
 
+/// Triangles near the origin and far from it, of every shape, with rays aimed at their edges, where
+/// it is close.
+fn aimed_at_edges(rounds: usize, mut check: impl FnMut(Ray, Triangle, Aabb)) {
+    let mut random = Random::new(0x10ca1);
+    for round in 0..rounds {
+        let offset = if round % 2 == 0 { Vec3::ZERO } else { Vec3::new(1e5, -3e4, 7e3) };
+        let mut triangle = Triangle([0; 3].map(|_| random.point() + offset));
+        if round % 3 == 0 {
+            // A needle.
+            triangle.0[2] = triangle.0[0].lerp(triangle.0[1], random.unit()) + Vec3::splat(1e-6);
+        }
+        let [a, b, c] = triangle.0;
+        let target = a.lerp(b, random.unit());
+        let origin = match round % 5 {
+            // In the triangle's plane but for rounding, in the triangle or beside it.
+            0 => target + (c - a) * (random.unit() * 4.0 - 2.0),
+            _ => random.point() + offset,
+        };
+        let ray =
+            Ray { t_min: f32::NEG_INFINITY, ..Ray::new(origin, target - origin, f32::INFINITY) };
+        let all = Aabb { min: bounds().min + offset, max: bounds().max + offset };
+        check(ray, triangle, all.union(triangle.bounds()).with_point(origin));
+    }
+}
+
 /// The padding is wide enough that the second condition of a hit does not reject what the first
 /// accepts: no closed mesh springs a leak through it.
 #[test]
-fn boxes_do_not_reject_what_the_triangle_test_accepts() {
-    let mut random = Random::new(0x10ca1);
-    let mut accepted = 0;
-    for round in 0..400_000 {
-        let offset = if round % 2 == 0 { Vec3::ZERO } else { Vec3::new(1e5, -3e4, 7e3) };
-        let triangle = Triangle([0; 3].map(|_| random.point() + offset));
-        // Aimed at the edges, where it is close.
-        let [a, b, _] = triangle.0;
-        let origin = random.point() + offset;
-        let ray = Ray::new(origin, a.lerp(b, random.unit()) - origin, f32::INFINITY);
-        let all = Aabb { min: bounds().min + offset, max: bounds().max + offset };
-        let prepared = PreparedRay::new(&ray, &all).unwrap();
-        let distance = watertight::plane_distance(&ray, &triangle);
-        if prepared.shear.passes_through(&triangle) && distance.is_some_and(|t| t >= 0.0) {
+fn the_box_does_not_reject_what_the_triangle_test_accepts() {
+    let (mut accepted, mut outside) = (0, 0);
+    aimed_at_edges(600_000, |ray, triangle, all| {
+        let Some(prepared) = PreparedRay::new(&ray, &all) else { return };
+        let Some(crossing) = watertight::plane_crossing(&ray, &triangle) else { return };
+        if prepared.shear.passes_through(&triangle) {
             accepted += 1;
-            assert!(prepared.enter(&triangle.bounds()).is_some(), "{ray:?} {triangle:?}");
+            outside += u32::from(crossing.weights.is_none());
+            assert!(prepared.triangle(&triangle).is_some(), "{ray:?} {triangle:?}");
+            // Even without the help of the exact point.
+            let weights = prepared.shear.weights(&triangle).unwrap();
+            let around = around_weighted(&triangle, weights);
+            assert!(triangle.bounds().contains(&around), "{around:?} {triangle:?}");
+            assert!(prepared.enter(&around).is_some(), "{ray:?} {triangle:?}");
+        }
+    });
+    assert!(accepted > 150_000 && outside > 10_000, "{accepted}, {outside} outside");
+}
+
+/// Where the line passes through the triangle, and not just by its edge, the interval decides by the
+/// distance of the plane alone, at any angle.
+#[test]
+fn the_box_does_not_cut_the_interval() {
+    let mut tested = 0;
+    aimed_at_edges(600_000, |ray, triangle, all| {
+        let Some(crossing) = watertight::plane_crossing(&ray, &triangle) else { return };
+        if crossing.weights.is_none() {
+            return;
+        }
+        let t = crossing.t as f32;
+        let ray = Ray { t_min: t.next_down(), t_max: t.next_up(), ..ray };
+        let Some(prepared) = PreparedRay::new(&ray, &all) else { return };
+        if prepared.shear.passes_through(&triangle) {
+            tested += 1;
+            assert_eq!(prepared.triangle(&triangle), Some(t + 0.0), "{ray:?} {triangle:?}");
+        }
+    });
+    assert!(tested > 100_000, "{tested}");
+}
+
+#[test]
+fn weights_make_the_point_on_the_line() {
+    let triangle = unit_triangle();
+    for (x, y) in [(0.25, 0.5), (0.0, 0.0), (0.5, 0.5), (0.125, 0.0)] {
+        let prepared = PreparedRay::new(&down(x, y), &bounds()).unwrap();
+        let crossing = watertight::plane_crossing(&down(x, y), &triangle).unwrap();
+        let point = Vec3::new(x, y, 0.0);
+        for weights in [crossing.weights.unwrap(), prepared.shear.weights(&triangle).unwrap()] {
+            let expected = Aabb { min: point, max: point };
+            assert_eq!(around_weighted(&triangle, weights), expected, "{weights:?}");
         }
     }
-    assert!(accepted > 100_000, "{accepted}");
+    assert!(watertight::plane_crossing(&down(0.6, 0.5), &triangle).unwrap().weights.is_none());
 }

@@ -66,28 +66,57 @@ impl Shear {
         let in_doubt = !(u * v * w).is_normal();
         !in_doubt || passes_through_exactly([a, b, c])
     }
+
+    /// For a triangle that the line [passes through](Self::passes_through): how much of each corner
+    /// makes the point that the line passes, in sheared coordinates. `None` where these overflow.
+    pub(super) fn weights(&self, triangle: &Triangle) -> Option<[f64; 3]> {
+        let edges = edge_functions(triangle.0.map(|v| self.project(v)));
+        let sum: f64 = edges.iter().sum();
+        sum.is_finite().then(|| edges.map(|edge| edge / sum))
+    }
 }
 
-/// As [`Shear::passes_through`] decides, in `f64`: the products are exact, and a difference rounds
-/// to zero only if it is zero.
+/// The edge functions of sheared corners, each opposite its corner. The products are exact, so there
+/// is one rounding, and none to zero.
+fn edge_functions(corners: [[f32; 2]; 3]) -> [f64; 3] {
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
+    [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
+}
+
+/// As [`Shear::passes_through`] decides, in `f64`.
 #[cold]
 fn passes_through_exactly(corners: [[f32; 2]; 3]) -> bool {
-    let [a, b, c] = corners.map(|p| p.map(f64::from));
-    let u = c[0] * b[1] - c[1] * b[0];
-    let v = a[0] * c[1] - a[1] * c[0];
-    let w = b[0] * a[1] - b[1] * a[0];
+    let [u, v, w] = edge_functions(corners);
     let negative = u < 0.0 || v < 0.0 || w < 0.0;
     let positive = u > 0.0 || v > 0.0 || w > 0.0;
     // All zero is no area; NaN is neither.
     negative != positive && !(u + v + w).is_nan()
 }
 
-/// The `t` at which the ray's line meets the triangle's plane, to about 50 bits; `None` if it lies
-/// in or beside the plane, or the triangle has no plane.
-pub(super) fn plane_distance(ray: &Ray, triangle: &Triangle) -> Option<f64> {
+/// Where a ray's line meets a triangle's plane.
+pub(super) struct Crossing {
+    /// To about 50 bits.
+    pub(super) t: f64,
+    /// How much of each corner makes that point; `None` if it is outside the triangle.
+    pub(super) weights: Option<[f64; 3]>,
+}
+
+/// Where the ray's line meets the triangle's plane, in `f64`; `None` if it lies in or beside the
+/// plane, or the triangle has no plane. The weights are those of Moeller and Trumbore, "Fast, Minimum
+/// Storage Ray-Triangle Intersection", JGT 2(1), 1997.
+pub(super) fn plane_crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
     let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
-    let normal = (b - a).cross(c - a);
-    let slope = normal.dot(ray.direction.as_dvec3());
-    let t = normal.dot(a - ray.origin.as_dvec3()) / slope;
-    (slope != 0.0 && t.is_finite()).then_some(t)
+    let (ab, ac) = (b - a, c - a);
+    let (to_plane, direction) = (a - ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let normal = ab.cross(ac);
+    let slope = normal.dot(direction);
+    let t = normal.dot(to_plane) / slope;
+    if slope == 0.0 || !t.is_finite() {
+        return None;
+    }
+    let moment = to_plane.cross(direction);
+    let (v, w) = (ac.dot(moment) / slope, -ab.dot(moment) / slope);
+    let weights = [1.0 - v - w, v, w];
+    let inside = weights.iter().all(|&weight| weight >= 0.0);
+    Some(Crossing { t, weights: inside.then_some(weights) })
 }

@@ -174,7 +174,7 @@ pub fn closest_hit(tree: &KdTree, ray: &Ray) -> Option<Hit> {
     loop {
         let node = tree.nodes[current.node as usize];
         // Not `>=`: a triangle at the same distance may have the lower index. No hit lies before
-        // the entry of the cell through which it is found: it is not before that of its own box.
+        // the entry of the cell through which it is found: `build::kd_sah` shows that too.
         if best.is_some_and(|(t, _)| current.entry > t) {
             // Beyond the best hit.
         } else if node.is_leaf() {

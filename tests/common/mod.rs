@@ -10,7 +10,19 @@ use sato::ray::{Ray, RayBatch, words_for};
 use sato::ray_set::RaySet;
 use sato::scene::{Camera, Defaults, Scene};
 
-/// Every spec that the catalogue offers in this build: all values of all keys.
+/// Orders to try with every builder. Builders know no orders and orders no builders, so that one of
+/// each kind will do: by the ray, by area, by number, and of the leaves' triangles.
+const ORDERS_FOR_EVERY_BUILDER: &[&str] = &["near", "node-sato", "prim-num", "rtsah"];
+
+fn is_tried(spec: &BackendSpec) -> bool {
+    let keys = spec.entry().keys.iter();
+    let by_default = keys.clone().all(|k| k.name != "builder" || spec.value(k.name) == k.default);
+    let order = spec.find_value("order");
+    by_default || order.is_none_or(|order| ORDERS_FOR_EVERY_BUILDER.contains(&order))
+}
+
+/// Every spec that the catalogue offers in this build: all values of all keys, but few orders with
+/// builders that are not the default.
 pub fn all_specs() -> Vec<BackendSpec> {
     let mut specs = Vec::new();
     for entry in BACKENDS.iter().filter(|e| e.unavailable.is_none()) {
@@ -26,7 +38,8 @@ pub fn all_specs() -> Vec<BackendSpec> {
                 .collect();
         }
         // Combinations that do not exist are refused.
-        specs.extend(texts.iter().filter_map(|t| t.parse::<BackendSpec>().ok()));
+        let parsed = texts.iter().filter_map(|t| t.parse::<BackendSpec>().ok());
+        specs.extend(parsed.filter(is_tried));
     }
     specs
 }

@@ -1,5 +1,6 @@
 //! Events: where the boxes of a node's references begin and end along an axis.
 
+use super::super::ordered;
 use super::split::Side;
 use crate::geometry::Aabb;
 
@@ -60,12 +61,6 @@ impl Event {
     pub(super) fn coincides(self, other: Self) -> bool {
         (self.0 ^ other.0) >> 32 == 0
     }
-}
-
-/// An integer that sorts as the finite `position` does, with both zeros alike.
-fn ordered(position: f32) -> u32 {
-    let bits = (position + 0.0).to_bits();
-    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
 }
 
 #[inline(always)]

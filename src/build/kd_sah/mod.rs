@@ -10,28 +10,21 @@
 //!
 //! The kernel cuts a ray's interval at each plane by the arithmetic of the box test, so a ray's
 //! interval in a cell is that of the padded box test of the cell, and is empty only where that
-//! fails (see [`trace::kd`](crate::trace::kd)). What remains to be shown is that a triangle whose
-//! box the ray meets at some `t` is listed in a cell whose interval holds that `t`. The root's does.
-//! At a plane, if the triangle's box `B`, cut to the cell, lies on one side, then so does `t` by
-//! monotony, and the triangle is listed there; if not, it is listed on both sides, and `t` lies on
-//! one, as the two intervals overlap. This is all for [`Splits::Boxes`].
-//!
-//! With [`Splits::Perfect`] the same holds, with a smaller box in place of `B`: one around any point
-//! of the triangle, with half the margin that `clip` leaves to all sides, cut to `B`. Wherever it
-//! meets a cell, the clipped box covers it. So a hit is sure to be found if the ray passes a point
-//! of the triangle, not only its box, within the padding. The triangle test's edges see to this with
-//! one exception: a ray in the triangle's plane up to rounding, which passes *beside* it within its
-//! box, and whose rounded edge tests all come out the same way. That hit is false, but trees of
-//! boxes report it, and a tree of clipped boxes may miss it. Of rays aimed to be such, it happens to
-//! some in a million.
+//! fails (see [`trace::kd`](crate::trace::kd)). A hit means that the ray enters `Q`, a tiny box
+//! around a point of the triangle, at some `t` that is not beyond the hit (see
+//! [`intersect`](crate::intersect)). What remains to be shown is that the triangle is listed in a
+//! leaf whose interval holds that `t`. The root's does. At a plane, if the triangle's box, cut to
+//! the cell, lies on one side, then so do `Q` and `t` by monotony, and the triangle is listed there;
+//! if not, it is listed on both sides, and `t` lies on one, as the two intervals overlap. With
+//! [`Splits::Perfect`] the clipped boxes are smaller, but cover what is left of `Q` on their side
+//! (see `build::clip`): where one does not reach into a cell, `Q` does not.
 
-mod clip;
 mod events;
 mod split;
 
+use super::clip::clipped_bounds;
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
 use crate::tree::{KD_MAX_DEPTH, KD_MAX_NODES, KdNode, KdTree, NodeBits, SplitNotes};
-use clip::clipped_bounds;
 use events::{EventList, MAX_REFERENCES, Target, distribute, push_events};
 use rayon::prelude::*;
 use split::{Side, Split, best_on_axis, leaf_cost};
@@ -40,9 +33,9 @@ use split::{Side, Split, best_on_axis, leaf_cost};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Splits {
     /// Triangles that reach into it, each cut by a plane being clipped to the new cells.
+    #[default]
     Perfect,
     /// Triangles whose boxes reach into it.
-    #[default]
     Boxes,
 }
 

@@ -1,7 +1,9 @@
 //! The binary bounding volume hierarchy.
 
+mod validate;
+
 use super::SplitNotes;
-use crate::geometry::{Aabb, Triangle, TriangleMesh};
+use crate::geometry::{Aabb, Triangle};
 
 /// Most inner nodes on a way from the root to a leaf; stacks of traversals have this size.
 pub const MAX_DEPTH: usize = 64;
@@ -64,7 +66,7 @@ pub struct Node2 {
     pub bounds: [Aabb; 2],
     /// The children.
     pub children: [ChildRef; 2],
-    /// Triangles below each child.
+    /// Triangles below each child; those in several leaves count in each.
     pub counts: [u32; 2],
 }
 
@@ -90,8 +92,8 @@ impl Node2 {
 
 /// A binary tree over the triangles of a mesh.
 ///
-/// Nodes lie in depth-first order, a parent before its children. Each triangle lies in exactly one
-/// leaf.
+/// Nodes lie in depth-first order, a parent before its children. Each triangle lies in one leaf, or,
+/// where the builder splits triangles, in one or several.
 #[derive(Clone, Debug)]
 pub struct Bvh2 {
     /// Inner nodes.
@@ -150,90 +152,5 @@ impl Bvh2 {
             .sum();
         let area = self.bounds.half_area();
         child_cost(root) + if area > 0.0 { below / area } else { 0.0 }
-    }
-
-    /// Checks everything that traversal relies on: every triangle of `mesh` in one leaf, with its
-    /// corners; boxes that are exactly those of what lies below; counts; depth; node order.
-    ///
-    /// # Errors
-    /// What is wrong, naming the node.
-    pub fn validate(&self, mesh: &TriangleMesh) -> Result<(), String> {
-        if self.triangles.len() != mesh.len() || self.triangle_ids.len() != mesh.len() {
-            return Err(format!("{} of {} triangles", self.triangles.len(), mesh.len()));
-        }
-        let mut seen = vec![false; mesh.len()];
-        for (slot, &id) in self.triangle_ids.iter().enumerate() {
-            let first_time = seen.get_mut(id as usize).is_some_and(|s| !std::mem::replace(s, true));
-            if !first_time || mesh.triangle(id as usize) != self.triangles[slot] {
-                return Err(format!("slot {slot} holds triangle {id} wrongly or twice"));
-            }
-        }
-        let mut next_node = 0;
-        let mut slots = vec![false; mesh.len()];
-        match self.root {
-            None if mesh.is_empty() => {}
-            None => return Err("no root".into()),
-            Some(root) => {
-                let (bounds, count) = self.validate_child(root, 0, &mut next_node, &mut slots)?;
-                if bounds != self.bounds || count != mesh.len() {
-                    return Err(format!("root: {count} triangles in {bounds:?}"));
-                }
-            }
-        }
-        if next_node != self.nodes.len() {
-            return Err(format!("{next_node} of {} nodes are reached", self.nodes.len()));
-        }
-        if self.notes.len() != self.nodes.len() {
-            return Err(format!("notes of {} of {} nodes", self.notes.len(), self.nodes.len()));
-        }
-        for (index, node) in self.nodes.iter().enumerate() {
-            let larger = node.bounds[1].half_area() > node.bounds[0].half_area();
-            let fewer = node.counts[1] < node.counts[0];
-            let notes = [&self.notes.second_larger, &self.notes.second_fewer];
-            if notes.map(|note| note.get(index)) != [larger, fewer] {
-                return Err(format!("node {index}: wrong notes of its children"));
-            }
-        }
-        Ok(())
-    }
-
-    fn validate_child(
-        &self,
-        child: ChildRef,
-        depth: usize,
-        reached: &mut usize,
-        slots: &mut [bool],
-    ) -> Result<(Aabb, usize), String> {
-        if child.is_leaf() {
-            let range = child.leaf_slots();
-            let mut bounds = Aabb::EMPTY;
-            for slot in range.clone() {
-                if slots.get(slot).is_none_or(|&taken| taken) {
-                    return Err(format!("leaf {range:?}: slot {slot} is out of range or shared"));
-                }
-                slots[slot] = true;
-                bounds = bounds.union(self.triangles[slot].bounds());
-            }
-            return Ok((bounds, range.len()));
-        }
-        let index = child.node_index();
-        if depth >= MAX_DEPTH {
-            return Err(format!("node {index} is too deep"));
-        }
-        *reached += 1;
-        let node = self.nodes.get(index).ok_or_else(|| format!("no node {index}"))?;
-        let mut all = (Aabb::EMPTY, 0);
-        for side in 0..2 {
-            let child = node.children[side];
-            if !child.is_leaf() && child.node_index() <= index {
-                return Err(format!("node {index}: a child before its parent"));
-            }
-            let (bounds, count) = self.validate_child(child, depth + 1, reached, slots)?;
-            if bounds != node.bounds[side] || count != node.counts[side] as usize {
-                return Err(format!("node {index}: child {side} has other bounds or count"));
-            }
-            all = (all.0.union(bounds), all.1 + count);
-        }
-        Ok(all)
     }
 }

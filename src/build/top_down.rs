@@ -1,0 +1,203 @@
+//! The skeleton of top-down building, on all threads. Builders bring the way to split.
+//!
+//! A part that may end in `n` references owns `n` reference slots and `n - 1` node slots before it is
+//! split, its lower side the first of them: threads never wait for each other, and the tree does not
+//! depend on how many there are. Slots that leaves of several triangles, or unused room, leave empty
+//! are closed up at the end.
+
+use crate::geometry::{Aabb, TriangleMesh};
+use crate::tree::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
+use rayon::prelude::*;
+
+/// Cost of entering an inner node, in units of a triangle test.
+pub(super) const TRAVERSAL_COST: f32 = 1.0;
+
+/// A leaf may hold more only where its triangles cannot be told apart.
+const MAX_SAH_LEAF: usize = 8;
+
+/// Parts that are worth another thread.
+const PARALLEL_PART: usize = 4096;
+
+/// A set of references to triangles, at least one, that becomes a subtree. No triangle is in it
+/// twice.
+pub(super) trait Part: Sized + Send {
+    /// How to split it.
+    type Split;
+
+    /// Number of references.
+    fn count(&self) -> usize;
+
+    /// Most references that its leaves may hold together: more than now, if splitting can add some.
+    /// That of the two sides is no more than that of the whole.
+    fn capacity(&self) -> usize;
+
+    /// The box around the references' boxes.
+    fn bounds(&self) -> Aabb;
+
+    /// Indices of the triangles in the mesh.
+    fn triangle_ids(&self) -> impl Iterator<Item = u32>;
+
+    /// The cheapest split, and its cost: in triangle tests, times half the area of `bounds`. `None`
+    /// where the heuristic finds none.
+    fn best_split(&mut self) -> Option<(Self::Split, f32)>;
+
+    /// The two sides of `split`, neither of them empty nor larger than the whole.
+    fn divide(self, split: Self::Split) -> [Self; 2];
+
+    /// Two sides of equal numbers, for what the heuristic cannot tell apart.
+    fn halve(self) -> [Self; 2];
+}
+
+const EMPTY_NODE: Node2 =
+    Node2 { bounds: [Aabb::EMPTY; 2], children: [ChildRef::UNUSED; 2], counts: [0; 2] };
+
+const EMPTY_SLOT: u32 = u32::MAX;
+
+/// Builds the tree of all of `mesh` from its root; `None` for an empty mesh.
+pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>) -> Bvh2 {
+    let capacity = root.as_ref().map_or(0, P::capacity);
+    let bounds = root.as_ref().map_or(Aabb::EMPTY, P::bounds);
+    let mut nodes = vec![EMPTY_NODE; capacity.saturating_sub(1)];
+    let mut triangle_ids = vec![EMPTY_SLOT; capacity];
+    let root = root.map(|part| {
+        let room = Room { nodes: &mut nodes, slots: &mut triangle_ids };
+        grow(part, room, Place::default()).child
+    });
+    let root = close_up(&mut nodes, &mut triangle_ids, root);
+    let triangles = triangle_ids.par_iter().map(|&i| mesh.triangle(i as usize)).collect();
+    Bvh2::new(nodes, root, bounds, triangles, triangle_ids)
+}
+
+/// What a part owns of the tree to be.
+struct Room<'a> {
+    nodes: &'a mut [Node2],
+    slots: &'a mut [u32],
+}
+
+/// Where that begins, and the inner nodes above it.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    first_node: usize,
+    first_slot: usize,
+    depth: usize,
+}
+
+/// A finished subtree.
+struct Grown {
+    child: ChildRef,
+    /// Around the references in its leaves, which may be smaller than they were further up.
+    bounds: Aabb,
+    count: usize,
+}
+
+fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place) -> Grown {
+    let (count, bounds) = (part.count(), part.bounds());
+    if count == 1 {
+        return leaf(&part, room, place);
+    }
+    // From here on halving must lead to leaves before the depth runs out.
+    let must_halve = MAX_DEPTH - place.depth <= count.ilog2() as usize + 1;
+    let best = if must_halve { None } else { part.best_split() };
+    let sides = match best {
+        Some((split, cost)) => {
+            if count <= MAX_SAH_LEAF && count as f32 * bounds.half_area() as f32 <= cost {
+                return leaf(&part, room, place);
+            }
+            part.divide(split)
+        }
+        None if count <= MAX_SAH_LEAF => return leaf(&part, room, place),
+        None => part.halve(),
+    };
+    let middle = sides[0].capacity();
+    let (node, below) = room.nodes.split_first_mut().expect("a part owns capacity - 1 nodes");
+    let (lower_nodes, upper_nodes) = below.split_at_mut(middle - 1);
+    let (lower_slots, upper_slots) = room.slots.split_at_mut(middle);
+    let depth = place.depth + 1;
+    let lower_place = Place { first_node: place.first_node + 1, depth, ..place };
+    let upper_place = Place {
+        first_node: place.first_node + middle,
+        first_slot: place.first_slot + middle,
+        depth,
+    };
+    let [lower, upper] = sides;
+    let lower_room = Room { nodes: lower_nodes, slots: lower_slots };
+    let upper_room = Room { nodes: upper_nodes, slots: upper_slots };
+    let (lower, upper) = if count > PARALLEL_PART {
+        rayon::join(
+            || grow(lower, lower_room, lower_place),
+            || grow(upper, upper_room, upper_place),
+        )
+    } else {
+        (grow(lower, lower_room, lower_place), grow(upper, upper_room, upper_place))
+    };
+    *node = Node2 {
+        bounds: [lower.bounds, upper.bounds],
+        children: [lower.child, upper.child],
+        counts: [lower.count as u32, upper.count as u32],
+    };
+    Grown {
+        child: ChildRef::inner(place.first_node),
+        bounds: lower.bounds.union(upper.bounds),
+        count: lower.count + upper.count,
+    }
+}
+
+fn leaf<P: Part>(part: &P, room: Room<'_>, place: Place) -> Grown {
+    for (slot, id) in room.slots.iter_mut().zip(part.triangle_ids()) {
+        *slot = id;
+    }
+    let count = part.count();
+    let child = ChildRef::leaf(place.first_slot, count.min(MAX_LEAF_TRIANGLES));
+    Grown { child, bounds: part.bounds(), count }
+}
+
+/// In `f32`, as costs are only compared. The box is not empty.
+#[inline(always)]
+pub(super) fn half_area(bounds: &Aabb) -> f32 {
+    let d = bounds.size();
+    d.x * d.y + d.y * d.z + d.z * d.x
+}
+
+/// Removes unused slots of nodes and triangles, keeping the order of the others.
+fn close_up(
+    nodes: &mut Vec<Node2>,
+    triangle_ids: &mut Vec<u32>,
+    root: Option<ChildRef>,
+) -> Option<ChildRef> {
+    let is_used = |node: &Node2| node.counts[0] != 0;
+    let nodes_to = places_of_used(nodes, is_used);
+    nodes.retain(is_used);
+    nodes.shrink_to_fit();
+    let is_filled = |id: &u32| *id != EMPTY_SLOT;
+    let slots_to = if triangle_ids.iter().all(is_filled) {
+        None
+    } else {
+        let slots_to = places_of_used(triangle_ids, is_filled);
+        triangle_ids.retain(is_filled);
+        triangle_ids.shrink_to_fit();
+        Some(slots_to)
+    };
+    let renumbered = |child: ChildRef| match (child.is_leaf(), &slots_to) {
+        (false, _) => ChildRef::inner(nodes_to[child.node_index()] as usize),
+        (true, None) => child,
+        (true, Some(slots_to)) => {
+            let slots = child.leaf_slots();
+            ChildRef::leaf(slots_to[slots.start] as usize, slots.len())
+        }
+    };
+    nodes.par_iter_mut().with_min_len(8192).for_each(|node| {
+        node.children = node.children.map(renumbered);
+    });
+    root.map(renumbered)
+}
+
+/// For each item, how many used ones are before it.
+fn places_of_used<T>(items: &[T], is_used: impl Fn(&T) -> bool) -> Vec<u32> {
+    let mut next = 0;
+    let mut place = |item| {
+        let place = next;
+        next += u32::from(is_used(item));
+        place
+    };
+    items.iter().map(&mut place).collect()
+}
