@@ -32,6 +32,21 @@ impl NodeBits {
         bits
     }
 
+    /// What `bit` says of each index, asked from the last one to the first.
+    #[inline]
+    pub fn from_last(nodes: usize, mut bit: impl FnMut(usize) -> bool) -> Self {
+        let mut bits = Self::none(nodes);
+        for (index, word) in bits.words.iter_mut().enumerate().rev() {
+            let first = index * 64;
+            let mut all = 0;
+            for place in (0..(nodes - first).min(64)).rev() {
+                all = all << 1 | u64::from(bit(first + place));
+            }
+            *word = all;
+        }
+        bits
+    }
+
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.nodes
@@ -106,6 +121,12 @@ mod tests {
             (0..nodes).for_each(|i| one_by_one.set(i, true));
             (0..nodes).for_each(|i| one_by_one.set(i, third(i)));
             assert_eq!((all.len(), &all), (nodes, &one_by_one));
+            let mut next = nodes;
+            let from_last = NodeBits::from_last(nodes, |i| {
+                next -= 1;
+                i == next && third(i)
+            });
+            assert_eq!(all, from_last);
             assert!((0..nodes).all(|i| all.get(i) == third(i)));
             assert_eq!(all.count_ones(), nodes.div_ceil(3));
             assert_eq!(all.differing(&NodeBits::none(nodes)), nodes.div_ceil(3));

@@ -23,7 +23,7 @@ pub fn rtsah(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
     let mut upper_first = NodeBits::none(tree.nodes.len());
     if !tree.nodes.is_empty() {
         let mut pass = Pass { nodes: &tree.nodes, base: 0, upper_first: &mut upper_first };
-        pass.visit(0, tree.bounds);
+        pass.visit(0, Cell { bounds: tree.bounds, half_area: tree.bounds.half_area() });
     }
     Plan::Fixed(upper_first)
 }
@@ -39,6 +39,13 @@ struct Expectation {
 /// An empty leaf is not visited, so it costs nothing.
 const EMPTY: Expectation = Expectation { cost: 0.0, open: 1.0 };
 
+/// A cell, with what its children's shares are of.
+#[derive(Clone, Copy)]
+struct Cell {
+    bounds: Aabb,
+    half_area: f64,
+}
+
 /// A walk over some of the nodes, which has bits of its own for them, the first for node `base`.
 struct Pass<'a> {
     nodes: &'a [KdNode],
@@ -48,14 +55,13 @@ struct Pass<'a> {
 
 impl Pass<'_> {
     /// Sets the bits of the subtree of the node at `index`.
-    fn visit(&mut self, index: usize, cell: Aabb) -> Expectation {
+    fn visit(&mut self, index: usize, cell: Cell) -> Expectation {
         let node = self.nodes[index];
         if node.is_leaf() {
             let cost = node.leaf_range().len() as f64 * KD_INTERSECTION_COST + KD_TRAVERSAL_COST;
             return Expectation { cost, open: 0.0 };
         }
-        let cells = KdTree::split_cell(&cell, node);
-        let shares = shares(&cell, &cells, node.axis());
+        let (cells, shares) = divided(&cell, node);
         if node.is_single() {
             let upper = usize::from(node.only_upper());
             let mut sides = [EMPTY; 2];
@@ -75,7 +81,7 @@ impl Pass<'_> {
 
     /// Both children of a node, on two threads. The lower one's nodes end where the upper one's
     /// begin; where those end is not known here, so that their bits are the rest of this pass's.
-    fn visit_both(&mut self, lower: usize, upper: usize, cells: [Aabb; 2]) -> [Expectation; 2] {
+    fn visit_both(&mut self, lower: usize, upper: usize, cells: [Cell; 2]) -> [Expectation; 2] {
         let end = self.base + self.upper_first.len();
         let mut beside = NodeBits::none(end - upper);
         let mut other = Pass { nodes: self.nodes, base: upper, upper_first: &mut beside };
@@ -85,19 +91,30 @@ impl Pass<'_> {
     }
 }
 
-/// The shares of lines through `cell` that pass through its sides.
+/// The cells of both sides, and the shares of lines through `cell` that pass through them.
 #[inline]
-fn shares(cell: &Aabb, cells: &[Aabb; 2], axis: usize) -> [f64; 2] {
-    let size = cell.max.as_dvec3() - cell.min.as_dvec3();
+fn divided(cell: &Cell, node: KdNode) -> ([Cell; 2], [f64; 2]) {
+    let axis = node.axis();
+    let size = cell.bounds.max.as_dvec3() - cell.bounds.min.as_dvec3();
     let (u, v) = (size[(axis + 1) % 3], size[(axis + 2) % 3]);
-    let half_area = |length: f64| u * v + (u + v) * length;
-    let whole = half_area(size[axis]);
+    let (across, around) = (u * v, u + v);
+    let split = f64::from(node.split());
+    let lengths =
+        [split - f64::from(cell.bounds.min[axis]), f64::from(cell.bounds.max[axis]) - split];
+    let half_areas = lengths.map(|length| across + around * length);
     // Lines that meet a cell without a surface meet all of it.
-    let share = |cell: &Aabb| {
-        let length = f64::from(cell.max[axis]) - f64::from(cell.min[axis]);
-        if whole > 0.0 { half_area(length) / whole } else { 1.0 }
+    let shares = if cell.half_area > 0.0 {
+        let scale = 1.0 / cell.half_area;
+        half_areas.map(|area| (area * scale).min(1.0))
+    } else {
+        [1.0; 2]
     };
-    [share(&cells[0]), share(&cells[1])]
+    let [lower, upper] = KdTree::split_cell(&cell.bounds, node);
+    let cells = [
+        Cell { bounds: lower, half_area: half_areas[0] },
+        Cell { bounds: upper, half_area: half_areas[1] },
+    ];
+    (cells, shares)
 }
 
 /// The expectation of a node, and whether its upper side comes first; ties keep the lower one.
@@ -126,10 +143,12 @@ mod tests {
     /// Two unit cubes side by side: the shares are those of the reference table's adjacent boxes.
     #[test]
     fn shares_of_adjacent_boxes() {
-        let cell = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 1.0, 1.0) };
-        let (mut lower, mut upper) = (cell, cell);
-        (lower.max.x, upper.min.x) = (1.0, 1.0);
-        let [p_lower, p_upper] = shares(&cell, &[lower, upper], 0);
+        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 1.0, 1.0) };
+        let cell = Cell { bounds, half_area: bounds.half_area() };
+        let (cells, [p_lower, p_upper]) = divided(&cell, KdNode::inner(0, 1.0));
+        for cell in cells {
+            assert!((cell.half_area - cell.bounds.half_area()).abs() < 1e-12);
+        }
         assert!((p_lower - 0.428571).abs() < 1e-6 && (p_upper - 0.714286).abs() < 1e-6);
         assert!((p_lower + p_upper - 1.0 - 0.142857).abs() < 1e-6);
     }
