@@ -24,7 +24,7 @@ fn upper_where<const SUMS: bool, const MAXIMA: bool>(
 ) -> Plan {
     let mut pass = Pass::<SUMS, MAXIMA>::new(tree);
     Plan::Fixed(NodeBits::from_last(tree.nodes.len(), |index| {
-        pass.step(index).is_some_and(|sides| tree.nodes[index].has_two() & upper_first(sides))
+        pass.step(index).is_some_and(&upper_first)
     }))
 }
 

@@ -22,8 +22,10 @@ const PARALLEL_NODES: usize = 1 << 15;
 pub fn rtsah(tree: &KdTree, _: &OrderContext<'_>) -> Plan {
     let mut upper_first = NodeBits::none(tree.nodes.len());
     if !tree.nodes.is_empty() {
-        let mut pass = Pass { nodes: &tree.nodes, base: 0, upper_first: &mut upper_first };
-        pass.visit(0, Cell { bounds: tree.bounds, half_area: tree.bounds.half_area() });
+        let cell = Cell::new(&tree.bounds);
+        let half_area = tree.bounds.half_area();
+        Pass { nodes: &tree.nodes, base: 0, upper_first: &mut upper_first, cell }
+            .visit(0, half_area);
     }
     Plan::Fixed(upper_first)
 }
@@ -36,14 +38,36 @@ struct Expectation {
     open: f64,
 }
 
-/// An empty leaf is not visited, so it costs nothing.
-const EMPTY: Expectation = Expectation { cost: 0.0, open: 1.0 };
-
-/// A cell, with what its children's shares are of.
+/// A box whose axes are found by index without a branch: no processor foresees which one a node
+/// splits. A fourth one spares the check of a node's two bits.
 #[derive(Clone, Copy)]
 struct Cell {
-    bounds: Aabb,
-    half_area: f64,
+    min: [f64; 4],
+    max: [f64; 4],
+}
+
+impl Cell {
+    fn new(bounds: &Aabb) -> Self {
+        let [min, max] = [bounds.min, bounds.max].map(|v| v.as_dvec3().extend(0.0).to_array());
+        Self { min, max }
+    }
+
+    /// Half the surface areas of both sides of a plane.
+    #[inline(always)]
+    fn half_areas(&self, axis: usize, split: f64) -> [f64; 2] {
+        const OTHERS: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [3, 3]];
+        let [u, v] = OTHERS[axis].map(|other| self.max[other] - self.min[other]);
+        let half_area = |length: f64| u * v + (u + v) * length;
+        [half_area(split - self.min[axis]), half_area(self.max[axis] - split)]
+    }
+}
+
+/// The shares of lines through a cell that pass through its sides.
+#[inline(always)]
+fn shares(half_area: f64, sides: [f64; 2]) -> [f64; 2] {
+    // Lines that meet a cell without a surface meet all of it.
+    let scale = if half_area > 0.0 { 1.0 / half_area } else { f64::INFINITY };
+    sides.map(|side| if half_area > 0.0 { (side * scale).min(1.0) } else { 1.0 })
 }
 
 /// A walk over some of the nodes, which has bits of its own for them, the first for node `base`.
@@ -51,70 +75,79 @@ struct Pass<'a> {
     nodes: &'a [KdNode],
     base: usize,
     upper_first: &'a mut NodeBits,
+    /// That of the node to be visited.
+    cell: Cell,
 }
 
 impl Pass<'_> {
     /// Sets the bits of the subtree of the node at `index`.
-    fn visit(&mut self, index: usize, cell: Cell) -> Expectation {
+    fn visit(&mut self, index: usize, half_area: f64) -> Expectation {
         let node = self.nodes[index];
         if node.is_leaf() {
             let cost = node.leaf_range().len() as f64 * KD_INTERSECTION_COST + KD_TRAVERSAL_COST;
             return Expectation { cost, open: 0.0 };
         }
-        let (cells, shares) = divided(&cell, node);
+        let (axis, split) = (node.axis(), f64::from(node.split()));
+        let half_areas = self.cell.half_areas(axis, split);
+        let shares = shares(half_area, half_areas);
         if node.is_single() {
-            let upper = usize::from(node.only_upper());
-            let mut sides = [EMPTY; 2];
-            sides[upper] = self.visit(index + 1, cells[upper]);
-            return combined(shares, sides).0;
+            // As `combined` has it, with nothing on the other side.
+            let side = usize::from(node.only_upper());
+            let below = self.visit_side(index + 1, side, (axis, split), half_areas[side]);
+            return Expectation {
+                cost: KD_TRAVERSAL_COST + shares[side] * below.cost,
+                open: 1.0 - shares[side] * (1.0 - below.open),
+            };
         }
         let upper = node.upper_child();
+        let plane = (axis, split);
         let sides = if upper - index > PARALLEL_NODES {
-            self.visit_both(index + 1, upper, cells)
+            self.visit_both([index + 1, upper], plane, half_areas)
         } else {
-            [self.visit(index + 1, cells[0]), self.visit(upper, cells[1])]
+            let lower = self.visit_side(index + 1, 0, plane, half_areas[0]);
+            [lower, self.visit_side(upper, 1, plane, half_areas[1])]
         };
         let (expectation, upper_first) = combined(shares, sides);
         self.upper_first.set(index - self.base, upper_first);
         expectation
     }
 
+    /// The child at `index` on one side of its parent's plane.
+    #[inline(always)]
+    fn visit_side(
+        &mut self,
+        index: usize,
+        side: usize,
+        (axis, split): (usize, f64),
+        half_area: f64,
+    ) -> Expectation {
+        let end = if side == 0 { &mut self.cell.max } else { &mut self.cell.min };
+        let before = std::mem::replace(&mut end[axis], split);
+        let expectation = self.visit(index, half_area);
+        let end = if side == 0 { &mut self.cell.max } else { &mut self.cell.min };
+        end[axis] = before;
+        expectation
+    }
+
     /// Both children of a node, on two threads. The lower one's nodes end where the upper one's
     /// begin; where those end is not known here, so that their bits are the rest of this pass's.
-    fn visit_both(&mut self, lower: usize, upper: usize, cells: [Cell; 2]) -> [Expectation; 2] {
+    fn visit_both(
+        &mut self,
+        [lower, upper]: [usize; 2],
+        plane: (usize, f64),
+        half_areas: [f64; 2],
+    ) -> [Expectation; 2] {
         let end = self.base + self.upper_first.len();
         let mut beside = NodeBits::none(end - upper);
-        let mut other = Pass { nodes: self.nodes, base: upper, upper_first: &mut beside };
-        let sides = rayon::join(|| self.visit(lower, cells[0]), || other.visit(upper, cells[1]));
+        let mut other =
+            Pass { nodes: self.nodes, base: upper, upper_first: &mut beside, cell: self.cell };
+        let sides = rayon::join(
+            || self.visit_side(lower, 0, plane, half_areas[0]),
+            || other.visit_side(upper, 1, plane, half_areas[1]),
+        );
         self.upper_first.include(upper - self.base, &beside);
         [sides.0, sides.1]
     }
-}
-
-/// The cells of both sides, and the shares of lines through `cell` that pass through them.
-#[inline]
-fn divided(cell: &Cell, node: KdNode) -> ([Cell; 2], [f64; 2]) {
-    let axis = node.axis();
-    let size = cell.bounds.max.as_dvec3() - cell.bounds.min.as_dvec3();
-    let (u, v) = (size[(axis + 1) % 3], size[(axis + 2) % 3]);
-    let (across, around) = (u * v, u + v);
-    let split = f64::from(node.split());
-    let lengths =
-        [split - f64::from(cell.bounds.min[axis]), f64::from(cell.bounds.max[axis]) - split];
-    let half_areas = lengths.map(|length| across + around * length);
-    // Lines that meet a cell without a surface meet all of it.
-    let shares = if cell.half_area > 0.0 {
-        let scale = 1.0 / cell.half_area;
-        half_areas.map(|area| (area * scale).min(1.0))
-    } else {
-        [1.0; 2]
-    };
-    let [lower, upper] = KdTree::split_cell(&cell.bounds, node);
-    let cells = [
-        Cell { bounds: lower, half_area: half_areas[0] },
-        Cell { bounds: upper, half_area: half_areas[1] },
-    ];
-    (cells, shares)
 }
 
 /// The expectation of a node, and whether its upper side comes first; ties keep the lower one.
@@ -144,11 +177,10 @@ mod tests {
     #[test]
     fn shares_of_adjacent_boxes() {
         let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 1.0, 1.0) };
-        let cell = Cell { bounds, half_area: bounds.half_area() };
-        let (cells, [p_lower, p_upper]) = divided(&cell, KdNode::inner(0, 1.0));
-        for cell in cells {
-            assert!((cell.half_area - cell.bounds.half_area()).abs() < 1e-12);
-        }
+        let half_areas = Cell::new(&bounds).half_areas(0, 1.0);
+        assert_eq!(half_areas, [3.0, 5.0]);
+        let [p_lower, p_upper] = shares(bounds.half_area(), half_areas);
+        assert_eq!(shares(0.0, [0.0, 0.0]), [1.0, 1.0]);
         assert!((p_lower - 0.428571).abs() < 1e-6 && (p_upper - 0.714286).abs() < 1e-6);
         assert!((p_lower + p_upper - 1.0 - 0.142857).abs() < 1e-6);
     }
@@ -195,8 +227,13 @@ mod tests {
             assert!(!combined([0.7, 0.6], [a, a]).1);
             let open = combined([0.7, 0.6], [a, b]).0.open;
             assert!((0.0..=1.0).contains(&open));
-            // An empty side never comes first.
-            assert!(!combined([0.7, 0.6], [Expectation { open: 0.0, ..a }, EMPTY]).1);
+            // An empty leaf is not visited, so it costs nothing; it never comes first.
+            let empty = Expectation { cost: 0.0, open: 1.0 };
+            let (with_empty, empty_first) = combined([0.7, 0.6], [a, empty]);
+            assert!(!empty_first || a.open == 1.0);
+            let (cost, open) = (KD_TRAVERSAL_COST + 0.7 * a.cost, 1.0 - 0.7 * (1.0 - a.open));
+            assert!((with_empty.cost - cost).abs() < 1e-12);
+            assert!((with_empty.open - open).abs() < 1e-12);
         }
     }
 

@@ -31,10 +31,7 @@ pub fn summaries(tree: &KdTree) -> Vec<[SubtreeSummary; 2]> {
     let mut all = vec![Default::default(); tree.nodes.len()];
     let mut pass = Pass::<true, true>::new(tree);
     for index in (0..tree.nodes.len()).rev() {
-        let sides = pass.step(index);
-        if tree.nodes[index].has_two() {
-            all[index] = sides.unwrap_or_default();
-        }
+        all[index] = pass.step(index).unwrap_or_default();
     }
     all
 }
@@ -87,8 +84,8 @@ impl<'a, const SUMS: bool, const MAXIMA: bool> Pass<'a, SUMS, MAXIMA> {
         }
     }
 
-    /// Takes the node at `index`, the one before that of the last call. Of an inner node, the
-    /// summaries of its cells; of one with one child, that of the child and that of nothing.
+    /// Takes the node at `index`, the one before that of the last call. Of one with two children,
+    /// the summaries of its cells.
     #[inline(always)]
     pub(super) fn step(&mut self, index: usize) -> Option<[SubtreeSummary; 2]> {
         let (node, count) = (self.tree.nodes[index], self.tree.counts[index]);
@@ -112,10 +109,11 @@ impl<'a, const SUMS: bool, const MAXIMA: bool> Pass<'a, SUMS, MAXIMA> {
             self.waiting += 1;
             return None;
         }
-        // An empty side adds nothing, so nodes with one child need no branch of their own.
-        let has_two = usize::from(!node.is_single());
-        let place = self.waiting - 1 - has_two;
-        let (lower, Done { summary: upper, common }) = (self.top, self.stack[has_two * place]);
+        if node.is_single() {
+            return None;
+        }
+        let place = self.waiting - 2;
+        let (lower, Done { summary: upper, common }) = (self.top, self.stack[place]);
         if MAXIMA {
             summary.area_max = larger(lower.area_max, upper.area_max);
         }
