@@ -1,7 +1,7 @@
 //! PrimSATO (Nah and Manocha, "SATO", 2014): the side with the larger triangles first, by their
 //! mean area or by the largest one. Areas are of whole triangles, not of their parts in the cell.
 
-use super::summary::{Pass, SubtreeSummary};
+use super::summary::{SubtreeSummary, for_each_pair};
 use crate::order::OrderContext;
 use crate::tree::{KdTree, NodeBits, Plan};
 
@@ -22,10 +22,9 @@ fn upper_where<const SUMS: bool, const MAXIMA: bool>(
     tree: &KdTree,
     upper_first: impl Fn([SubtreeSummary; 2]) -> bool,
 ) -> Plan {
-    let mut pass = Pass::<SUMS, MAXIMA>::new(tree);
-    Plan::Fixed(NodeBits::from_last(tree.nodes.len(), |index| {
-        pass.step(index).is_some_and(&upper_first)
-    }))
+    let mut bits = NodeBits::none(tree.nodes.len());
+    for_each_pair::<SUMS, MAXIMA>(tree, |index, sides| bits.set(index, upper_first(sides)));
+    Plan::Fixed(bits)
 }
 
 #[cfg(test)]

@@ -29,10 +29,7 @@ pub struct SubtreeSummary {
 /// nodes, that of nothing.
 pub fn summaries(tree: &KdTree) -> Vec<[SubtreeSummary; 2]> {
     let mut all = vec![Default::default(); tree.nodes.len()];
-    let mut pass = Pass::<true, true>::new(tree);
-    for index in (0..tree.nodes.len()).rev() {
-        all[index] = pass.step(index).unwrap_or_default();
-    }
+    for_each_pair::<true, true>(tree, |index, sides| all[index] = sides);
     all
 }
 
@@ -50,6 +47,21 @@ const AT_ONCE: usize = 4;
 /// At the bottom are some that nothing is in: they end every search.
 const STACK: usize = AT_ONCE + 1 + KD_MAX_DEPTH + 1;
 
+/// The place of the waiting subtree with the leaf `later` in it; the topmost for 0. Mostly it is
+/// among the topmost, but no processor foresees which: so there are no branches up to there.
+#[inline(always)]
+fn place_of(later: u32, roots: &[u32; STACK], waiting: usize) -> usize {
+    let mut place = waiting - 1;
+    loop {
+        let below = &roots[place - AT_ONCE..place];
+        let steps: usize = below.iter().map(|&root| usize::from(root <= later)).sum();
+        place -= steps;
+        if steps < AT_ONCE {
+            return place;
+        }
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Seen {
     area: f32,
@@ -57,94 +69,55 @@ struct Seen {
     leaf: u32,
 }
 
-/// The pass, from the last node to the first. Sums and maxima of areas are 0 unless `SUMS` and
-/// `MAXIMA` ask for them.
-pub(super) struct Pass<'a, const SUMS: bool, const MAXIMA: bool> {
-    tree: &'a KdTree,
-    seen: Vec<Seen>,
-    /// Subtrees that wait for their parents, the topmost last, and their roots, which fall.
-    stack: [Done; STACK],
-    roots: [u32; STACK],
-    /// The summary of the topmost: not in the stack, as the next node wants it at once.
-    top: SubtreeSummary,
-    waiting: usize,
-}
-
-impl<'a, const SUMS: bool, const MAXIMA: bool> Pass<'a, SUMS, MAXIMA> {
-    /// Before the last node.
-    pub(super) fn new(tree: &'a KdTree) -> Self {
-        let seen = tree.triangles.par_iter().with_min_len(8192);
-        Self {
-            tree,
-            seen: seen.map(|t| Seen { area: t.area() as f32, leaf: 0 }).collect(),
-            stack: [Done::default(); STACK],
-            roots: [u32::MAX; STACK],
-            top: SubtreeSummary::default(),
-            waiting: AT_ONCE + 1,
-        }
-    }
-
-    /// Takes the node at `index`, the one before that of the last call. Of one with two children,
-    /// the summaries of its cells.
-    #[inline(always)]
-    pub(super) fn step(&mut self, index: usize) -> Option<[SubtreeSummary; 2]> {
-        let (node, count) = (self.tree.nodes[index], self.tree.counts[index]);
-        let mut summary = SubtreeSummary { count, ..SubtreeSummary::default() };
+/// Calls `visit` with the index of each node with two children and the summaries of its cells,
+/// children before parents. Sums and maxima of areas are 0 unless `SUMS` and `MAXIMA` ask for them.
+pub(super) fn for_each_pair<const SUMS: bool, const MAXIMA: bool>(
+    tree: &KdTree,
+    mut visit: impl FnMut(usize, [SubtreeSummary; 2]),
+) {
+    let seen = tree.triangles.par_iter().with_min_len(8192);
+    let mut seen: Vec<Seen> = seen.map(|t| Seen { area: t.area() as f32, leaf: 0 }).collect();
+    let mut stack = [Done::default(); STACK];
+    // Their roots, falling: the last is the topmost.
+    let mut roots = [u32::MAX; STACK];
+    let mut waiting = AT_ONCE + 1;
+    for (index, (node, &count)) in tree.nodes.iter().zip(&tree.counts).enumerate().rev() {
         if node.is_leaf() {
-            for &slot in &self.tree.references[node.leaf_range()] {
-                let seen = &mut self.seen[slot as usize];
+            let mut summary = SubtreeSummary { count, ..SubtreeSummary::default() };
+            for &slot in &tree.references[node.leaf_range()] {
+                let seen = &mut seen[slot as usize];
                 if MAXIMA {
                     summary.area_max = larger(summary.area_max, seen.area);
                 }
                 if SUMS {
-                    summary.area_sum += f64::from(seen.area);
-                    let seen = std::mem::replace(seen, Seen { leaf: index as u32, ..*seen });
-                    self.note_common(seen);
+                    let area = f64::from(seen.area);
+                    summary.area_sum += area;
+                    let later = std::mem::replace(&mut seen.leaf, index as u32);
+                    let is_known = u64::from(later != 0).wrapping_neg();
+                    let place = place_of(later, &roots, waiting);
+                    stack[place].common += f64::from_bits(area.to_bits() & is_known);
                 }
             }
-            self.stack[self.waiting - 1].summary = self.top;
-            self.stack[self.waiting].common = 0.0;
-            self.top = summary;
-            self.roots[self.waiting] = index as u32;
-            self.waiting += 1;
-            return None;
-        }
-        if node.is_single() {
-            return None;
-        }
-        let place = self.waiting - 2;
-        let (lower, Done { summary: upper, common }) = (self.top, self.stack[place]);
-        if MAXIMA {
-            summary.area_max = larger(lower.area_max, upper.area_max);
-        }
-        if SUMS {
-            // Rounding must not make it less than either side's.
-            let sides = larger(lower.area_sum, upper.area_sum);
-            summary.area_sum = larger(lower.area_sum + upper.area_sum - common, sides);
-        }
-        self.top = summary;
-        self.stack[place].common = 0.0;
-        self.roots[place] = index as u32;
-        self.waiting = place + 1;
-        Some([lower, upper])
-    }
-
-    /// Notes the area of a triangle of the current leaf that another leaf has listed as well: with
-    /// the waiting subtree that has that leaf in it. Mostly it is among the topmost, but no
-    /// processor foresees which, or which triangles are new: so there are no branches up to there.
-    #[inline(always)]
-    fn note_common(&mut self, seen: Seen) {
-        let mut place = self.waiting - 1;
-        loop {
-            let below = &self.roots[place - AT_ONCE..place];
-            let steps: usize = below.iter().map(|&root| usize::from(root <= seen.leaf)).sum();
-            place -= steps;
-            if steps < AT_ONCE {
-                break;
+            stack[waiting] = Done { summary, common: 0.0 };
+            roots[waiting] = index as u32;
+            waiting += 1;
+        } else if !node.is_single() {
+            let [Done { summary: upper, common, .. }, Done { summary: lower, .. }] =
+                [stack[waiting - 2], stack[waiting - 1]];
+            visit(index, [lower, upper]);
+            let mut summary = SubtreeSummary { count, ..SubtreeSummary::default() };
+            if MAXIMA {
+                summary.area_max = larger(lower.area_max, upper.area_max);
             }
+            if SUMS {
+                // Rounding must not make it less than either side's.
+                let sides = larger(lower.area_sum, upper.area_sum);
+                summary.area_sum = larger(lower.area_sum + upper.area_sum - common, sides);
+            }
+            waiting -= 1;
+            stack[waiting - 1] = Done { summary, common: 0.0 };
+            roots[waiting - 1] = index as u32;
         }
-        let is_known = u64::from(seen.leaf != 0).wrapping_neg();
-        self.stack[place].common += f64::from_bits(f64::from(seen.area).to_bits() & is_known);
     }
 }
 
