@@ -245,11 +245,12 @@ impl Selection<'_> {
 
 /// Geometric means over all scenes and classes of rays: order by traversal.
 fn averages(rows: &[Row], traversals: &[Traversal]) -> String {
-    let header = ["speed-up over near".to_string()].into_iter().chain(
-        traversals.iter().flat_map(|t| SUBSETS.map(|subset| format!("{} {subset}", t.name()))),
-    );
-    let mut speed_ups = table(header.clone());
-    let mut nodes = table(header.map(|h| h.replace("speed-up over near", "nodes to near")));
+    let header = |corner: &str| {
+        let columns =
+            traversals.iter().flat_map(|t| SUBSETS.map(|subset| format!("{}\n{subset}", t.name())));
+        table(std::iter::once(corner.to_string()).chain(columns))
+    };
+    let (mut speed_ups, mut nodes) = (header("speed-up\nover near"), header("nodes\nto near"));
     for order in ORDERS.iter().map(|o| o.name) {
         let mean = |value: &dyn Fn(&Row) -> f64| -> Vec<String> {
             let columns = traversals.iter().flat_map(|traversal| {
@@ -313,18 +314,26 @@ fn by_scene(output: &mut Output, rows: &[Row], what: &Selection<'_>) -> Result<S
             row_title: "order".into(),
             rows: traversal.orders.iter().map(ToString::to_string).collect(),
             column_title: "scene and rays".into(),
-            columns: columns.clone(),
-            values: values.clone(),
+            columns,
+            values,
             decimals: Some(2),
         }),
     )?;
     let mut text = String::new();
-    let _ = writeln!(text, "{}, {subset} rays: speed-up over near\n", traversal.name());
-    let short = cells.iter().map(|(scene, rays)| format!("{scene}\n{rays}"));
-    let header = ["order".to_string()].into_iter().chain(short).chain(["geometric\nmean".into()]);
+    let _ = writeln!(
+        text,
+        "{}, {subset} rays: speed-up over near, mean of the classes of rays\n",
+        traversal.name()
+    );
+    let scenes = distinct(cells.iter().map(|cell| cell.0));
+    let header = ["order"].into_iter().chain(scenes.iter().map(|s| s.as_str()));
     let mut table = table(header);
-    for (order, values) in traversal.orders.iter().zip(&values) {
-        let values = values.iter().map(|v| format!("{v:.2}"));
+    for order in &traversal.orders {
+        let of_scene = |scene: &&String| {
+            let rows = what.rows(rows, order).filter(|r| r.scene == **scene);
+            geometric_mean(rows.map(|r| r.speed_up)).map_or("-".into(), |m| format!("{m:.2}"))
+        };
+        let values = scenes.iter().map(of_scene);
         table.add_row(std::iter::once((*order).to_string()).chain(values));
     }
     let _ = writeln!(text, "{}\n", table.trim_fmt());

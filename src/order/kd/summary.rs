@@ -93,9 +93,9 @@ pub(super) fn for_each_pair<const SUMS: bool, const MAXIMA: bool>(
                     let area = f64::from(seen.area);
                     summary.area_sum += area;
                     let later = std::mem::replace(&mut seen.leaf, index as u32);
-                    let is_known = u64::from(later != 0).wrapping_neg();
-                    let place = place_of(later, &roots, waiting);
-                    stack[place].common += f64::from_bits(area.to_bits() & is_known);
+                    // That of a new triangle goes to the bottom, where no subtree is.
+                    let place = place_of(later, &roots, waiting) * usize::from(later != 0);
+                    stack[place].common += area;
                 }
             }
             stack[waiting] = Done { summary, common: 0.0 };
