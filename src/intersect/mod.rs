@@ -31,7 +31,7 @@
 //! three edge functions in `f64` have one rounding each (products are exact) and no mixed signs, so
 //! that they give weights of the corners to 50 bits, and `q` is the corners so weighted. Sheared, it
 //! is off the line by no more than the corners are. The boxes are padded by more than that (see
-//! [`PADDING`]): the ray's *line* meets `Q` whenever the triangle test accepts, and the ray does
+//! `PADDING`): the ray's *line* meets `Q` whenever the triangle test accepts, and the ray does
 //! unless `q` and the distance from the plane lie on two sides of an end of the interval: a line
 //! that all but lies in the plane and passes beside the triangle.
 
