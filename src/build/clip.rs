@@ -5,13 +5,12 @@
 //! # What clipped boxes cover
 //!
 //! A hit is found in trees of clipped boxes if every part of a triangle's box keeps what lies in it
-//! of `Q`, the smallest `f32` box around a point `q` of the triangle, for every `q` (see
-//! [`intersect`](crate::intersect)). Clipped boxes do, with a margin `s` for each axis, eight `f32`
-//! half-ulps of the triangle's largest coordinate on it and two of the smallest numbers:
+//! of `Q`, the [tiny box](Triangle::box_around) around a point `q` of the triangle, for every `q`
+//! (see [`intersect`](crate::intersect)). Clipped boxes do, with a margin `s` for each axis, eight
+//! `f32` half-ulps of the triangle's largest coordinate on it and four of the smallest normal number:
 //!
-//! - `Q` reaches less than `s / 2` from `q`: one unit in the last place of `q`, which is two
-//!   half-ulps, or the smallest number. Far from the origin, all of this grows alike. `q` is known
-//!   in `f64`, to a few `2^-53` of the largest coordinate.
+//! - `Q` reaches less than `s / 2` from `q`: less than half of either term. Far from the origin, all
+//!   of this grows alike. `q` is known in `f64`, to a few `2^-53` of the largest coordinate.
 //! - Where `Q` meets the cell, `q` lies in the cell grown by `s / 2`. The triangle is clipped to the
 //!   cell grown by `s`, in `f64`. Each cut puts its corners where the edges that it is given cross
 //!   the plane, to a few `2^-53` of the coordinates, as the distances from the plane are single
@@ -33,8 +32,7 @@ const SLACK: f64 = 8.0 / (1u32 << 24) as f64;
 /// The margin of `triangle`'s clipped boxes; see the module's text.
 fn slack(bounds: &Aabb) -> DVec3 {
     let largest = bounds.min.abs().max(bounds.max.abs()).as_dvec3();
-    // The last term is two of the smallest numbers that `f32` has.
-    largest * SLACK + DVec3::splat(f64::from(f32::from_bits(2)))
+    largest * SLACK + DVec3::splat(4.0 * f64::from(f32::MIN_POSITIVE))
 }
 
 /// Corners of a clipped triangle. Six cuts make nine at most; rounding, which can bend the polygon
@@ -128,7 +126,7 @@ mod tests {
             let q = (0..3).map(|i| corners[i] * (weights[i] / sum)).sum::<DVec3>();
             let own = triangle.bounds();
             let q = q.clamp(own.min.as_dvec3(), own.max.as_dvec3());
-            let (mut bounds, mut around) = (own, Aabb::around(q));
+            let (mut bounds, mut around) = (own, triangle.box_around(q));
             for _ in 0..12 {
                 let axis = random.bits() as usize % 3;
                 let position = match random.bits() % 4 {

@@ -1,6 +1,6 @@
 //! Axis-aligned bounding boxes.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// A closed axis-aligned box; empty while `min > max` on some axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,22 +25,6 @@ impl Aabb {
     /// The smallest box around `points`.
     pub fn of_points(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, Self::with_point)
-    }
-
-    /// The smallest box around `point`.
-    pub fn around(point: DVec3) -> Self {
-        let nearest = point.as_vec3();
-        let on_axes = |beyond: fn(f32, f64) -> f32| {
-            Vec3::new(
-                beyond(nearest.x, point.x),
-                beyond(nearest.y, point.y),
-                beyond(nearest.z, point.z),
-            )
-        };
-        Self {
-            min: on_axes(|n, p| if f64::from(n) > p { n.next_down() } else { n }),
-            max: on_axes(|n, p| if f64::from(n) < p { n.next_up() } else { n }),
-        }
     }
 
     /// This box grown to hold `point`.
@@ -100,20 +84,5 @@ impl Aabb {
     /// Length of the diagonal, in scene units; 0 if empty.
     pub fn diagonal(&self) -> f32 {
         if self.is_empty() { 0.0 } else { self.size().length() }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn boxes_around_points_are_the_smallest() {
-        let tiny = f64::from(f32::from_bits(1));
-        let point = DVec3::new(1.0, 1.0 + 1e-12, -tiny * 0.25);
-        let min = Vec3::new(1.0, 1.0, -f32::from_bits(1));
-        let max = Vec3::new(1.0, 1.0f32.next_up(), 0.0);
-        assert_eq!(Aabb::around(point), Aabb { min, max });
-        assert_eq!(Aabb::around(-point), Aabb { min: -max, max: -min });
     }
 }

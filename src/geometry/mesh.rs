@@ -1,7 +1,7 @@
 //! Indexed triangle meshes.
 
 use super::Aabb;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Three corners in scene units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -11,6 +11,21 @@ impl Triangle {
     /// The smallest box around it.
     pub fn bounds(&self) -> Aabb {
         Aabb::of_points(self.0)
+    }
+
+    /// A tiny box around `point` of the triangle, known in `f64`, within the triangle's own box. With
+    /// `e = 2^-24` and `l` the largest coordinate of the triangle on an axis, it holds the point and
+    /// reaches no further than `3.5 e l + 1.5 f32::MIN_POSITIVE` from it.
+    #[inline]
+    pub fn box_around(&self, point: DVec3) -> Aabb {
+        // More than a half-ulp, so that rounding goes to the next number at least. Of the reach, one
+        // half-ulp each are for rounding the point and the end. Without a branch, which could not be
+        // predicted.
+        const REACH: f32 = 1.25 / (1u32 << 24) as f32;
+        let bounds = self.bounds();
+        let nearest = point.as_vec3().clamp(bounds.min, bounds.max);
+        let reach = nearest.abs() * REACH + Vec3::splat(f32::MIN_POSITIVE);
+        Aabb { min: nearest - reach, max: nearest + reach }.overlap(bounds)
     }
 
     /// Area in scene units squared, computed in `f64`.
@@ -93,5 +108,36 @@ impl TriangleMesh {
     /// Bytes of vertices and indices.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(self.padded_vertices.as_slice()) + size_of_val(self.triangles.as_slice())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_random::Random;
+
+    #[test]
+    fn boxes_around_points_hold_them_and_reach_as_far_as_they_say() {
+        let mut random = Random::new(91);
+        let e = f64::from(f32::EPSILON) / 2.0;
+        for round in 0..200_000 {
+            let exponent = [-149, -140, -126, -125, -120, -24, 0, 20, 124][round % 9];
+            let scale = f64::from(exponent).exp2() as f32;
+            let triangle = Triangle([0; 3].map(|_| random.point() * scale));
+            let (u, v) = (f64::from(random.unit()), f64::from(random.unit()));
+            let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
+            let own = triangle.bounds();
+            let point = a + ((b - a) + (c - b) * v) * u;
+            let point = point.clamp(own.min.as_dvec3(), own.max.as_dvec3());
+            let around = triangle.box_around(point);
+            assert!(own.contains(&around) && !around.is_empty(), "{triangle:?} {point}");
+            let (below, above) = (point - around.min.as_dvec3(), around.max.as_dvec3() - point);
+            let largest = own.min.abs().max(own.max.abs()).as_dvec3();
+            let most = largest * (3.5 * e) + DVec3::splat(1.5 * f64::from(f32::MIN_POSITIVE));
+            for distance in [below, above] {
+                let holds = distance.cmpge(DVec3::ZERO).all() && distance.cmple(most).all();
+                assert!(holds, "{triangle:?} {point} {around:?}");
+            }
+        }
     }
 }

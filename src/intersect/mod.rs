@@ -6,9 +6,9 @@
 //! # Why trees cannot change an answer
 //!
 //! A triangle counts as hit only if the [triangle test](PreparedRay::triangle) accepts it *and* the
-//! ray meets `Q` by the same [box test](PreparedRay::enter) that trees use. `Q` is the smallest box
-//! in `f32` around a point `q` of the triangle that the ray's line passes; it lies in the triangle's
-//! own box. The distance reported is not before `Q` is entered.
+//! ray meets `Q` by the same [box test](PreparedRay::enter) that trees use. `Q` is a [tiny
+//! box](Triangle::box_around) around a point `q` of the triangle that the ray's line passes; it lies
+//! in the triangle's own box. The distance reported is not before `Q` is entered.
 //!
 //! That box test is monotone: a box that contains a box the ray meets is itself met, and not entered
 //! later, because subtraction, multiplication by a constant, `min` and `max` are monotone in
@@ -21,8 +21,7 @@
 //! is not later; so `t` lies between entry and exit of one of them, by the box test. If one part
 //! holds all of `Q`, of that. So there is a leaf that lists the triangle, and it and all boxes above
 //! it are met and entered at `t` or before. Builders that clip triangles owe no more than that, and
-//! `build::clip` shows it: with `q` a point of the triangle, `Q` reaches one unit in the last place
-//! of `q` to each side.
+//! `build::clip` shows that they pay it.
 //!
 //! # Why the box costs no hit
 //!
@@ -31,7 +30,7 @@
 //! three edge functions in `f64` have one rounding each (products are exact) and no mixed signs, so
 //! that they give weights of the corners to 50 bits, and `q` is the corners so weighted. Sheared, it
 //! is off the line by no more than the corners are. The boxes are padded by more than that (see
-//! [`PADDING`]): the ray's *line* meets `Q` whenever the triangle test accepts, and the ray does
+//! `PADDING`): the ray's *line* meets `Q` whenever the triangle test accepts, and the ray does
 //! unless `q` and the distance from the plane lie on two sides of an end of the interval: a line
 //! that all but lies in the plane and passes beside the triangle.
 
@@ -230,14 +229,20 @@ impl PreparedRay {
         if !(t >= f64::from(self.ray.t_min) && t <= f64::from(self.ray.t_max)) {
             return None;
         }
-        let enter_around = |weights| self.enter(&around_weighted(triangle, weights));
-        let entry = crossing
-            .weights
-            .and_then(enter_around)
-            .or_else(|| self.shear.weights(triangle).and_then(enter_around))?;
+        let entry = match crossing.inside.and_then(|q| self.enter(&triangle.box_around(q))) {
+            Some(entry) => entry,
+            None => self.enter_where_passed(triangle)?,
+        };
         // Not before the box is entered, so that a hit found earlier cannot hide this one in one
         // tree and not in another. Adding zero turns -0 into 0: ties are told by value.
         Some((t as f32).max(entry) + 0.0)
+    }
+
+    /// Where the ray enters `Q` of a triangle that it passes through by the edge tests alone.
+    #[cold]
+    #[inline(never)]
+    fn enter_where_passed(&self, triangle: &Triangle) -> Option<f32> {
+        self.enter(&triangle.box_around(self.shear.passed_point(triangle)?))
     }
 
     /// What the box test computes with.
@@ -264,17 +269,6 @@ impl PreparedRay {
     pub fn hit(&self, t: f32, triangle: u32) -> Hit {
         Hit { t: t * self.t_scale, triangle }
     }
-}
-
-/// The smallest box around a point of the triangle, given by weights of its corners that are not
-/// negative and add up to 1.
-fn around_weighted(triangle: &Triangle, weights: [f64; 3]) -> Aabb {
-    let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
-    let [u, v, w] = weights;
-    let bounds = triangle.bounds();
-    // Rounding must not carry it out of the triangle's box.
-    let point = (a * u + b * v + c * w).clamp(bounds.min.as_dvec3(), bounds.max.as_dvec3());
-    Aabb::around(point)
 }
 
 /// A prepared ray on one axis. [`PreparedRay::interval`] of a box is, bit for bit, the interval from

@@ -130,11 +130,10 @@ fn the_box_does_not_reject_what_the_triangle_test_accepts() {
         let Some(crossing) = watertight::plane_crossing(&ray, &triangle) else { return };
         if prepared.shear.passes_through(&triangle) {
             accepted += 1;
-            outside += u32::from(crossing.weights.is_none());
+            outside += u32::from(crossing.inside.is_none());
             assert!(prepared.triangle(&triangle).is_some(), "{ray:?} {triangle:?}");
             // Even without the help of the exact point.
-            let weights = prepared.shear.weights(&triangle).unwrap();
-            let around = around_weighted(&triangle, weights);
+            let around = triangle.box_around(prepared.shear.passed_point(&triangle).unwrap());
             assert!(triangle.bounds().contains(&around), "{around:?} {triangle:?}");
             assert!(prepared.enter(&around).is_some(), "{ray:?} {triangle:?}");
         }
@@ -149,7 +148,7 @@ fn the_box_does_not_cut_the_interval() {
     let mut tested = 0;
     aimed_at_edges(600_000, |ray, triangle, all| {
         let Some(crossing) = watertight::plane_crossing(&ray, &triangle) else { return };
-        if crossing.weights.is_none() {
+        if crossing.inside.is_none() {
             return;
         }
         let t = crossing.t as f32;
@@ -164,16 +163,13 @@ fn the_box_does_not_cut_the_interval() {
 }
 
 #[test]
-fn weights_make_the_point_on_the_line() {
+fn both_points_are_on_the_line() {
     let triangle = unit_triangle();
     for (x, y) in [(0.25, 0.5), (0.0, 0.0), (0.5, 0.5), (0.125, 0.0)] {
         let prepared = PreparedRay::new(&down(x, y), &bounds()).unwrap();
         let crossing = watertight::plane_crossing(&down(x, y), &triangle).unwrap();
-        let point = Vec3::new(x, y, 0.0);
-        for weights in [crossing.weights.unwrap(), prepared.shear.weights(&triangle).unwrap()] {
-            let expected = Aabb { min: point, max: point };
-            assert_eq!(around_weighted(&triangle, weights), expected, "{weights:?}");
-        }
+        let point = Some(Vec3::new(x, y, 0.0).as_dvec3());
+        assert_eq!((crossing.inside, prepared.shear.passed_point(&triangle)), (point, point));
     }
-    assert!(watertight::plane_crossing(&down(0.6, 0.5), &triangle).unwrap().weights.is_none());
+    assert!(watertight::plane_crossing(&down(0.6, 0.5), &triangle).unwrap().inside.is_none());
 }

@@ -13,7 +13,7 @@
 
 use crate::geometry::Triangle;
 use crate::ray::Ray;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// The shear that turns a ray into the third axis.
 #[derive(Clone, Copy, Debug)]
@@ -67,12 +67,14 @@ impl Shear {
         !in_doubt || passes_through_exactly([a, b, c])
     }
 
-    /// For a triangle that the line [passes through](Self::passes_through): how much of each corner
-    /// makes the point that the line passes, in sheared coordinates. `None` where these overflow.
-    pub(super) fn weights(&self, triangle: &Triangle) -> Option<[f64; 3]> {
+    /// For a triangle that the line [passes through](Self::passes_through): the point of it that
+    /// lies on the line in sheared coordinates. `None` where these overflow.
+    pub(super) fn passed_point(&self, triangle: &Triangle) -> Option<DVec3> {
         let edges = edge_functions(triangle.0.map(|v| self.project(v)));
         let sum: f64 = edges.iter().sum();
-        sum.is_finite().then(|| edges.map(|edge| edge / sum))
+        let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
+        let [u, v, w] = edges.map(|edge| edge / sum);
+        sum.is_finite().then(|| a * u + b * v + c * w)
     }
 }
 
@@ -97,12 +99,12 @@ fn passes_through_exactly(corners: [[f32; 2]; 3]) -> bool {
 pub(super) struct Crossing {
     /// To about 50 bits.
     pub(super) t: f64,
-    /// How much of each corner makes that point; `None` if it is outside the triangle.
-    pub(super) weights: Option<[f64; 3]>,
+    /// The point, if it lies in the triangle.
+    pub(super) inside: Option<DVec3>,
 }
 
 /// Where the ray's line meets the triangle's plane, in `f64`; `None` if it lies in or beside the
-/// plane, or the triangle has no plane. The weights are those of Moeller and Trumbore, "Fast, Minimum
+/// plane, or the triangle has no plane. Weights of corners as by Moeller and Trumbore, "Fast, Minimum
 /// Storage Ray-Triangle Intersection", JGT 2(1), 1997.
 pub(super) fn plane_crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
     let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
@@ -114,9 +116,8 @@ pub(super) fn plane_crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing>
     if slope == 0.0 || !t.is_finite() {
         return None;
     }
-    let moment = to_plane.cross(direction);
-    let (v, w) = (ac.dot(moment) / slope, -ab.dot(moment) / slope);
-    let weights = [1.0 - v - w, v, w];
-    let inside = weights.iter().all(|&weight| weight >= 0.0);
-    Some(Crossing { t, weights: inside.then_some(weights) })
+    let moment = to_plane.cross(direction) * slope.recip();
+    let (v, w) = (ac.dot(moment), -ab.dot(moment));
+    let is_inside = v >= 0.0 && w >= 0.0 && v + w <= 1.0;
+    Some(Crossing { t, inside: is_inside.then(|| a + ab * v + ac * w) })
 }

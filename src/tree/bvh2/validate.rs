@@ -177,15 +177,13 @@ impl Bvh2 {
 }
 
 /// Boxes around points of a triangle, as a hit asks for (see [`intersect`](crate::intersect)).
-fn boxes_around_points(triangle: &Triangle) -> impl Iterator<Item = Aabb> {
+fn boxes_around_points(triangle: &Triangle) -> impl Iterator<Item = Aabb> + '_ {
     const STEPS: u32 = 8;
     let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
-    let bounds = triangle.bounds();
-    let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
     let all = (0..=STEPS).flat_map(|i| (0..=STEPS - i).map(move |j| (i, j)));
     all.map(move |(i, j)| {
         let [u, v, w] = [STEPS - i - j, i, j].map(|n| f64::from(n) / f64::from(STEPS));
         let point: DVec3 = a * u + b * v + c * w;
-        Aabb::around(point.clamp(min, max))
+        triangle.box_around(point)
     })
 }
