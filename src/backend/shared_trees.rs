@@ -22,9 +22,12 @@ pub struct Built<T> {
 #[derive(Debug)]
 pub struct SharedTrees {
     mesh: Arc<TriangleMesh>,
-    bvh2: Mutex<Vec<(&'static str, Arc<Built<Bvh2>>)>>,
-    kd: Mutex<Vec<(Splits, Arc<Built<KdTree>>)>>,
+    bvh2: List<&'static str, Bvh2>,
+    kd: List<Splits, KdTree>,
 }
+
+/// The trees built so far, by what tells them apart.
+type List<K, T> = Mutex<Vec<(K, Arc<Built<T>>)>>;
 
 impl SharedTrees {
     /// No tree yet.
@@ -58,7 +61,7 @@ impl SharedTrees {
 
 /// What the list has under `key`; built and added if there is none.
 fn shared<K: Copy + PartialEq, T>(
-    list: &Mutex<Vec<(K, Arc<Built<T>>)>>,
+    list: &List<K, T>,
     key: K,
     build: impl FnOnce() -> Result<T, String>,
 ) -> Result<Arc<Built<T>>, String> {

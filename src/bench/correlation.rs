@@ -40,6 +40,9 @@ struct Row {
     siblings_area_with_triangle_count: f64,
 }
 
+/// A figure of a row.
+type Figure = fn(&Row) -> f64;
+
 #[derive(Default)]
 struct Correlation {
     rows: Vec<Row>,
@@ -97,7 +100,7 @@ impl Experiment for Correlation {
 
     fn finish(&self, output: &mut Output) -> Result<String> {
         output.rows(ENTRY.name, &self.rows)?;
-        let columns: [(&str, fn(&Row) -> f64); 6] = [
+        let columns: [(&str, Figure); 6] = [
             ("siblings: mean triangle", |r| r.siblings_area_with_mean_triangle),
             ("siblings: largest triangle", |r| r.siblings_area_with_largest_triangle),
             ("siblings: triangle count", |r| r.siblings_area_with_triangle_count),

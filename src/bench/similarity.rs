@@ -34,6 +34,9 @@ struct Row {
 /// A node with an order to decide: its index and surface area.
 type Node = (usize, f64);
 
+/// A figure of a row.
+type Figure = fn(&Row) -> f64;
+
 struct Similarity {
     rows: Vec<Row>,
 }
@@ -133,7 +136,7 @@ impl Experiment for Similarity {
     fn finish(&self, output: &mut Output) -> Result<String> {
         output.rows(ENTRY.name, &self.rows)?;
         let mut text = String::new();
-        let weightings: [(&str, &str, fn(&Row) -> f64); 2] = [
+        let weightings: [(&str, &str, Figure); 2] = [
             ("each node once", "nodes", |r| r.equal_share),
             ("weighted by surface area", "area", |r| r.equal_share_by_area),
         ];

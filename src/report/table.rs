@@ -48,7 +48,7 @@ pub fn compare_text(report: &CompareReport) -> String {
             report.rounds,
         );
     }
-    let mut builds = table(&["backend", "build ms", "order ms", "memory MB", "SAH cost", ""]);
+    let mut builds = table(["backend", "build ms", "order ms", "memory MB", "SAH cost", ""]);
     for backend in &report.backends {
         let build = &backend.build;
         builds.add_row([
@@ -80,7 +80,7 @@ fn class_text(class: &ClassReport) -> String {
     if class.rays_skipped > 0 {
         let _ = write!(text, ", {} samples needed no ray", class.rays_skipped);
     }
-    let mut results = table(&[
+    let mut results = table([
         "backend",
         "ms",
         "min",
