@@ -1,7 +1,12 @@
 //! Builders of binary trees, and their catalogue. A builder knows nothing of traversal orders.
 
 mod binned;
+mod collapse;
 pub mod kd_sah;
+mod split_leaves;
+
+pub use collapse::{WideCosts, collapse};
+pub use split_leaves::split_leaves;
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;

@@ -1,0 +1,185 @@
+//! Up to 64 rays through the tree together: each node is visited once for all of them.
+
+use super::leaf::hits_leaf;
+use super::one_ray::OneRay;
+use super::rays::{Rays, STREAM};
+use super::simd::{LANES, Simd};
+use crate::trace::packet::PacketCounter;
+use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
+
+/// A subtree to visit, with the rays that meet its box.
+#[derive(Clone, Copy)]
+struct Pending {
+    child: ChildRef,
+    rays: u64,
+}
+
+/// What is still to visit: of each node on the way all children but the current one.
+pub(super) struct Stack {
+    pending: [Pending; MAX_WIDE_DEPTH * (WIDTH - 1) + 1],
+    len: usize,
+}
+
+impl Stack {
+    pub(super) const EMPTY: Self = Self {
+        pending: [Pending { child: ChildRef::UNUSED, rays: 0 }; MAX_WIDE_DEPTH * (WIDTH - 1) + 1],
+        len: 0,
+    };
+
+    #[inline(always)]
+    fn push(&mut self, child: ChildRef, rays: u64) {
+        self.pending[self.len] = Pending { child, rays };
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Pending> {
+        self.len = self.len.checked_sub(1)?;
+        Some(self.pending[self.len])
+    }
+}
+
+/// The rays that something is in the way of.
+#[inline(always)]
+pub(super) fn any_hit<S: Simd, C: PacketCounter>(
+    s: S,
+    tree: &Bvh8,
+    rays: &Rays,
+    stack: &mut Stack,
+    counter: &mut C,
+) -> u64 {
+    let Some(root) = tree.root else { return 0 };
+    let mut alive = rays.valid;
+    stack.len = 0;
+    stack.push(root, alive);
+    while let Some(Pending { child, rays: here }) = stack.pop() {
+        let here = here & alive;
+        if here == 0 {
+            continue;
+        }
+        if here & (here - 1) == 0 {
+            let index = here.trailing_zeros() as usize;
+            if one_ray(s, tree, rays, index, child, stack, counter) {
+                alive &= !here;
+            }
+            continue;
+        }
+        counter.node(here);
+        if child.is_leaf() {
+            alive &= !leaf_hits(s, tree, child, rays, here, counter);
+            continue;
+        }
+        let node = &tree.nodes[child.node_index()];
+        let (met, mut children) = node_by_ray(s, node, rays, here);
+        children &= node.occupied();
+        while children != 0 {
+            let slot = children.ilog2();
+            stack.push(node.children[slot as usize], met[slot as usize]);
+            children &= !(1 << slot);
+        }
+    }
+    rays.valid & !alive
+}
+
+/// As [`any_hit`], each ray on its own.
+#[inline(always)]
+pub(super) fn any_hit_one_by_one<S: Simd, C: PacketCounter>(
+    s: S,
+    tree: &Bvh8,
+    rays: &Rays,
+    stack: &mut Stack,
+    counter: &mut C,
+) -> u64 {
+    let Some(root) = tree.root else { return 0 };
+    let (mut left, mut hits) = (rays.valid, 0);
+    stack.len = 0;
+    while left != 0 {
+        let index = left.trailing_zeros() as usize;
+        left &= left - 1;
+        hits |= u64::from(one_ray(s, tree, rays, index, root, stack, counter)) << index;
+    }
+    hits
+}
+
+/// For each child the rays that meet it, and which children any meet.
+#[inline(always)]
+fn node_by_ray<S: Simd>(s: S, node: &Node8, rays: &Rays, mut active: u64) -> ([u64; LANES], u32) {
+    let mut met = [0u8; STREAM];
+    let mut any = 0;
+    while active != 0 {
+        let index = active.trailing_zeros() as usize;
+        let children = OneRay::new(s, rays, index).meets(s, node);
+        met[index] = children as u8;
+        any |= children;
+        active &= active - 1;
+    }
+    (s.transpose(&met), any)
+}
+
+#[inline(always)]
+fn leaf_hits<S: Simd, C: PacketCounter>(
+    s: S,
+    tree: &Bvh8,
+    leaf: ChildRef,
+    rays: &Rays,
+    mut active: u64,
+    counter: &mut C,
+) -> u64 {
+    for _ in leaf.leaf_slots() {
+        counter.triangle(active);
+    }
+    let mut hits = 0;
+    while active != 0 {
+        let index = active.trailing_zeros() as usize;
+        hits |= u64::from(hits_leaf(s, tree, leaf, rays, index)) << index;
+        active &= active - 1;
+    }
+    hits
+}
+
+/// Whether anything below `child` is in the way of one ray.
+#[inline(always)]
+fn one_ray<S: Simd, C: PacketCounter>(
+    s: S,
+    tree: &Bvh8,
+    rays: &Rays,
+    index: usize,
+    child: ChildRef,
+    stack: &mut Stack,
+    counter: &mut C,
+) -> bool {
+    let ray = OneRay::new(s, rays, index);
+    let base = stack.len;
+    let mut current = child;
+    loop {
+        counter.node(1 << index);
+        if current.is_leaf() {
+            for _ in current.leaf_slots() {
+                counter.triangle(1 << index);
+            }
+            if hits_leaf(s, tree, current, rays, index) {
+                stack.len = base;
+                return true;
+            }
+        } else {
+            let node = &tree.nodes[current.node_index()];
+            let mut met = ray.meets(s, node);
+            if met != 0 {
+                let first = met.trailing_zeros();
+                met &= met - 1;
+                while met != 0 {
+                    let slot = met.ilog2();
+                    stack.push(node.children[slot as usize], 0);
+                    met &= !(1 << slot);
+                }
+                current = node.children[first as usize];
+                continue;
+            }
+        }
+        if stack.len == base {
+            return false;
+        }
+        stack.len -= 1;
+        current = stack.pending[stack.len].child;
+    }
+}
