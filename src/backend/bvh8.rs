@@ -4,8 +4,6 @@ use super::catalogue::BackendEntry;
 use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
 use crate::order::{self, OrderContext};
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
-use crate::trace::NoCount;
-use crate::trace::packet::PacketCounter;
 use crate::trace::wide::{self, Instructions, Scratch, Way};
 use crate::tree::{Bvh8, ChildRef};
 use crate::{Error, Result, build};
@@ -101,18 +99,6 @@ impl Bvh8Backend {
         };
         Ok(Self { tree, instructions, way, stats })
     }
-
-    fn any_hit<C: PacketCounter>(
-        &self,
-        batch: &RayBatch<'_>,
-        occluded: &mut [u64],
-        counter: &mut impl FnMut(usize) -> C,
-    ) {
-        SCRATCH.with_borrow_mut(|scratch| {
-            let (tree, rays) = (&self.tree, batch.rays);
-            wide::any_hit(self.instructions, self.way, tree, rays, occluded, scratch, counter);
-        });
-    }
 }
 
 impl Accelerator for Bvh8Backend {
@@ -125,7 +111,10 @@ impl Accelerator for Bvh8Backend {
     }
 
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
-        self.any_hit(batch, occluded, &mut |_| NoCount);
+        SCRATCH.with_borrow_mut(|scratch| {
+            let (tree, rays) = (&self.tree, batch.rays);
+            wide::any_hit(self.instructions, self.way, tree, rays, occluded, scratch);
+        });
     }
 
     fn occluded_counted(
@@ -134,8 +123,18 @@ impl Accelerator for Bvh8Backend {
         occluded: &mut [u64],
         counts: &mut [VisitCounts],
     ) -> bool {
-        let mut counts = counts.chunks_mut(u64::BITS as usize);
-        self.any_hit(batch, occluded, &mut |_| counts.next().expect("one for each ray"));
+        SCRATCH.with_borrow_mut(|scratch| {
+            let (tree, rays) = (&self.tree, batch.rays);
+            wide::any_hit_counted(
+                self.instructions,
+                self.way,
+                tree,
+                rays,
+                occluded,
+                scratch,
+                counts,
+            );
+        });
         true
     }
 }

@@ -17,7 +17,10 @@ pub struct WideCosts {
 
 impl Default for WideCosts {
     fn default() -> Self {
-        Self { leaf: 0.7, triangle: 0.15 }
+        {
+            let get = |k: &str, d: f32| std::env::var(k).map_or(d, |v| v.parse().unwrap());
+            Self { leaf: get("WLEAF", 0.7), triangle: get("WTRI", 0.15) }
+        }
     }
 }
 

@@ -18,8 +18,9 @@ use super::simd::{LANES, Simd};
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS};
 
 const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
+pub(super) const HEIGHT_SLACK: f32 = 6.0 * UNIT;
 /// Keeps slack above what underflow takes: `2^-100`.
-const UNDERFLOW: f32 = 1.0 / (1u128 << 100) as f32;
+pub(super) const UNDERFLOW: f32 = 1.0 / (1u128 << 100) as f32;
 
 /// A leaf's numbers, and what follows them.
 struct Block<'a> {
@@ -37,7 +38,11 @@ impl<'a> Block<'a> {
     /// A row, read whole: lanes beyond the last triangle hold something else.
     #[inline(always)]
     fn row<S: Simd>(&self, s: S, row: usize) -> S::Floats {
-        let start = row * self.count;
+        self.at(s, row * self.count)
+    }
+
+    #[inline(always)]
+    fn at<S: Simd>(&self, s: S, start: usize) -> S::Floats {
         s.load(self.numbers[start..start + LANES].try_into().expect("eight numbers"))
     }
 }
@@ -55,7 +60,7 @@ pub(super) struct Line {
 impl Line {
     #[inline(always)]
     fn of(rays: &Rays, index: usize) -> Self {
-        let kz = usize::from(rays.axis[index]);
+        let kz = rays.axis.0[index].to_bits() as usize;
         let axes = [(kz + 1) % 3, (kz + 2) % 3, kz];
         let [x, y, z] = axes;
         let [ox, oy, oz] = &rays.origin;
@@ -67,12 +72,12 @@ impl Line {
         }
     }
 
-    /// The corners whose rows begin at `first`, across the line.
+    /// The corners whose rows begin there, in the order of `axes`, across the line.
     #[inline(always)]
-    fn project<S: Simd>(&self, s: S, block: &Block<'_>, first: usize) -> [S::Floats; 2] {
-        let z = s.sub(block.row(s, first + self.axes[2]), s.splat(self.origin[2]));
-        let x = s.sub(block.row(s, first + self.axes[0]), s.splat(self.origin[0]));
-        let y = s.sub(block.row(s, first + self.axes[1]), s.splat(self.origin[1]));
+    fn project<S: Simd>(&self, s: S, block: &Block<'_>, first: [usize; 3]) -> [S::Floats; 2] {
+        let z = s.sub(block.at(s, first[2]), s.splat(self.origin[2]));
+        let x = s.sub(block.at(s, first[0]), s.splat(self.origin[0]));
+        let y = s.sub(block.at(s, first[1]), s.splat(self.origin[1]));
         [s.sub(x, s.mul(s.splat(self.factors[0]), z)), s.sub(y, s.mul(s.splat(self.factors[1]), z))]
     }
 }
@@ -91,9 +96,13 @@ pub(super) fn passed_through<S: Simd>(
     line: &Line,
 ) -> (u32, [S::Floats; 3]) {
     let block = Block::of(tree, leaf);
-    let a = line.project(s, &block, 0);
-    let b = line.project(s, &block, 3);
-    let c = line.project(s, &block, 6);
+    let [x, y, z] = line.axes;
+    let step = block.count * 3;
+    let first = [x * block.count, y * block.count, z * block.count];
+    let a = line.project(s, &block, first);
+    let b = line.project(s, &block, [first[0] + step, first[1] + step, first[2] + step]);
+    let step = 2 * step;
+    let c = line.project(s, &block, [first[0] + step, first[1] + step, first[2] + step]);
     let uvw = [cross(s, c, b), cross(s, a, c), cross(s, b, a)];
     // Should one be NaN, the minimum and the maximum leave out at most that one: then fewer
     // triangles are turned away.
@@ -140,7 +149,7 @@ fn hits_candidate<S: Simd>(
         slope = s.add(slope, s.mul(normal, s.splat(rays.direction[axis].0[index])));
         reach = s.add(reach, s.abs(across));
     }
-    let slack = s.mul(reach, s.splat(6.0 * UNIT));
+    let slack = s.mul(reach, s.splat(HEIGHT_SLACK));
     // Turned so that the ray goes through the plane upwards.
     let height = s.flip_sign(height, slope);
     let slope = s.abs(slope);

@@ -6,18 +6,22 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod closest;
+mod group;
 mod leaf;
 mod one_ray;
 mod rays;
 mod simd;
 mod stream;
 
+use super::NoCount;
 use super::packet::PacketCounter;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, VisitCounts};
 use crate::tree::Bvh8;
-use rays::{Rays, STREAM};
-use simd::{Portable, Simd};
+use rays::{NOBODY, Rays, STREAM};
+use simd::{Portable, Simd, Wide};
 use stream::Stack;
 
 /// The instructions that kernels run on: asked for once, not for each ray.
@@ -29,6 +33,8 @@ enum Set {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2(avx2::Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(avx2::Avx2, avx512::Avx512),
 }
 
 impl Instructions {
@@ -40,11 +46,22 @@ impl Instructions {
         if std::env::var_os("SATO_PORTABLE").is_some_and(|value| value == "1") {
             return Self::PORTABLE;
         }
+        Self::all().pop().unwrap_or(Self::PORTABLE)
+    }
+
+    /// All that this processor has, the best last.
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Self::PORTABLE];
         #[cfg(target_arch = "x86_64")]
-        if let Some(avx2) = avx2::Avx2::detect() {
-            return Self(Set::Avx2(avx2));
+        {
+            all.extend(avx2::Avx2::detect().map(|avx2| Self(Set::Avx2(avx2))));
+            let avx512 = avx512::Avx512::detect();
+            all.extend(avx512.map(|(avx2, avx512)| Self(Set::Avx512(avx2, avx512))));
         }
-        Self::PORTABLE
+        if std::env::var_os("SATO_AVX2").is_some() {
+            all.truncate(2);
+        }
+        all
     }
 
     /// As printed beside timings.
@@ -53,6 +70,8 @@ impl Instructions {
             Set::Portable => "portable kernels",
             #[cfg(target_arch = "x86_64")]
             Set::Avx2(_) => "AVX2 kernels",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(..) => "AVX-512 kernels",
         }
     }
 }
@@ -61,11 +80,13 @@ impl Instructions {
 pub struct Scratch {
     rays: Rays,
     stack: Stack,
+    /// Places of rays in the batch, in the order in which streams take them.
+    places: Vec<u16>,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { rays: Rays::EMPTY, stack: Stack::EMPTY }
+        Self { rays: Rays::EMPTY, stack: Stack::EMPTY, places: Vec::new() }
     }
 }
 
@@ -78,45 +99,148 @@ pub enum Way {
     Stream,
 }
 
-/// For each of `rays` whether anything is in its way. `occluded` and what `counter` makes for each
-/// word belong to 64 rays each.
-pub fn any_hit<C: PacketCounter>(
+/// For each of `rays` whether anything is in its way. `occluded` holds zeroed words.
+pub fn any_hit(
     instructions: Instructions,
     way: Way,
     tree: &Bvh8,
     rays: &[Ray],
     occluded: &mut [u64],
     scratch: &mut Scratch,
-    counter: &mut impl FnMut(usize) -> C,
 ) {
-    match instructions.0 {
-        Set::Portable => any_hit_by(Portable, way, tree, rays, occluded, scratch, counter),
-        #[cfg(target_arch = "x86_64")]
-        Set::Avx2(avx2) => avx2.run(
-            #[inline(always)]
-            || any_hit_by(avx2, way, tree, rays, occluded, scratch, counter),
-        ),
-    }
+    dispatch(instructions, way, tree, rays, occluded, scratch, &mut NoCount);
 }
 
-#[inline(always)]
-fn any_hit_by<S: Simd, C: PacketCounter>(
-    s: S,
+/// As [`any_hit`], and adds what each ray visits to its element of `counts`.
+pub fn any_hit_counted(
+    instructions: Instructions,
     way: Way,
     tree: &Bvh8,
     rays: &[Ray],
     occluded: &mut [u64],
     scratch: &mut Scratch,
-    counter: &mut impl FnMut(usize) -> C,
+    counts: &mut [VisitCounts],
 ) {
-    let Scratch { rays: prepared, stack } = scratch;
-    for (stream, (rays, word)) in rays.chunks(STREAM).zip(occluded).enumerate() {
-        prepared.fill(s, &tree.bounds, rays);
-        let counter = &mut counter(stream);
-        *word = match way {
-            Way::Single => stream::any_hit_one_by_one(s, tree, prepared, stack, counter),
-            Way::Stream => stream::any_hit(s, tree, prepared, stack, counter),
+    let mut tally = Counts { of_all: counts, of_stream: [VisitCounts::default(); STREAM] };
+    dispatch(instructions, way, tree, rays, occluded, scratch, &mut tally);
+}
+
+/// A counter of one stream after the other.
+trait Tally: PacketCounter {
+    /// The stream is done, whose rays have these places in the batch.
+    fn next_stream(&mut self, places: &[u16]);
+}
+
+impl Tally for NoCount {
+    #[inline(always)]
+    fn next_stream(&mut self, _: &[u16]) {}
+}
+
+struct Counts<'a> {
+    of_all: &'a mut [VisitCounts],
+    of_stream: [VisitCounts; STREAM],
+}
+
+impl PacketCounter for Counts<'_> {
+    fn node(&mut self, active: u64) {
+        PacketCounter::node(&mut self.of_stream.as_mut_slice(), active);
+    }
+    fn triangle(&mut self, tested: u64) {
+        PacketCounter::triangle(&mut self.of_stream.as_mut_slice(), tested);
+    }
+}
+
+impl Tally for Counts<'_> {
+    fn next_stream(&mut self, places: &[u16]) {
+        for (place, counts) in places.iter().zip(&mut self.of_stream) {
+            if *place != NOBODY {
+                self.of_all[usize::from(*place)] += *counts;
+            }
+            *counts = VisitCounts::default();
+        }
+    }
+}
+
+fn dispatch<T: Tally>(
+    instructions: Instructions,
+    way: Way,
+    tree: &Bvh8,
+    rays: &[Ray],
+    occluded: &mut [u64],
+    scratch: &mut Scratch,
+    tally: &mut T,
+) {
+    // Places are 16-bit numbers.
+    const MOST: usize = 1 << 14;
+    if rays.len() > MOST {
+        todo!();
+    }
+    match instructions.0 {
+        Set::Portable => batch(Portable, Portable, way, tree, rays, occluded, scratch, tally),
+        #[cfg(target_arch = "x86_64")]
+        Set::Avx2(avx2) => avx2.run(
+            #[inline(always)]
+            || batch(avx2, avx2, way, tree, rays, occluded, scratch, tally),
+        ),
+        #[cfg(target_arch = "x86_64")]
+        Set::Avx512(avx2, avx512) => avx512.run(
+            #[inline(always)]
+            || batch(avx2, avx512, way, tree, rays, occluded, scratch, tally),
+        ),
+    }
+}
+
+#[inline(always)]
+fn batch<S: Simd, W: Wide, T: Tally>(
+    s: S,
+    w: W,
+    way: Way,
+    tree: &Bvh8,
+    rays: &[Ray],
+    occluded: &mut [u64],
+    scratch: &mut Scratch,
+    tally: &mut T,
+) {
+    let Scratch { rays: prepared, stack, places } = scratch;
+    places_by_octant::<W>(rays, places);
+    for places in places.chunks(STREAM) {
+        prepared.fill(s, w, &tree.bounds, rays, places);
+        let mut hits = match way {
+            Way::Single => stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally),
+            Way::Stream => stream::any_hit(s, w, tree, prepared, stack, tally),
         };
+        tally.next_stream(places);
+        while hits != 0 {
+            let place = usize::from(places[hits.trailing_zeros() as usize]);
+            occluded[place / 64] |= 1 << (place % 64);
+            hits &= hits - 1;
+        }
+    }
+}
+
+/// Lists the places of rays octant by octant, each from the start of a group on.
+#[inline(always)]
+fn places_by_octant<W: Wide>(rays: &[Ray], places: &mut Vec<u16>) {
+    let Some(first) = rays.first() else { return places.clear() };
+    let first = rays::octant(first);
+    let alike = rays.iter().fold(0, |all, ray| all | rays::octant(ray) ^ first) == 0;
+    places.clear();
+    if alike {
+        places.extend(0..rays.len() as u16);
+        return;
+    }
+    let mut next = [0; 8];
+    rays.iter().for_each(|ray| next[usize::from(rays::octant(ray))] += 1);
+    let mut end = 0;
+    for first in &mut next {
+        let count: usize = std::mem::replace(first, end);
+        end += count.next_multiple_of(W::GROUP);
+    }
+    places.resize(end, NOBODY);
+    for (place, ray) in rays.iter().enumerate() {
+        let slot = &mut next[usize::from(rays::octant(ray))];
+        places[*slot] = place as u16;
+        *slot += 1;
     }
 }
 
@@ -126,6 +250,11 @@ pub fn closest_hit(instructions: Instructions, tree: &Bvh8, ray: &Ray) -> Option
         Set::Portable => closest::closest_hit(Portable, tree, ray),
         #[cfg(target_arch = "x86_64")]
         Set::Avx2(avx2) => avx2.run(
+            #[inline(always)]
+            || closest::closest_hit(avx2, tree, ray),
+        ),
+        #[cfg(target_arch = "x86_64")]
+        Set::Avx512(avx2, _) => avx2.run(
             #[inline(always)]
             || closest::closest_hit(avx2, tree, ray),
         ),

@@ -18,8 +18,8 @@ pub(super) struct OneRay<S: Simd> {
 
 impl<S: Simd> OneRay<S> {
     #[inline(always)]
-    pub(super) fn new(s: S, rays: &Rays, index: usize) -> Self {
-        let octant = usize::from(rays.octant[index]);
+    pub(super) fn new(s: S, rays: &Rays, index: usize, octant: u8) -> Self {
+        let octant = usize::from(octant);
         Self {
             reciprocal: splat_3(s, &rays.reciprocal, index),
             near: splat_3(s, &rays.near, index),

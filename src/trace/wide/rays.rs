@@ -18,7 +18,8 @@
 //! space, is in a constant. Exits and descending rays are mirror images. Nothing overflows, as rays
 //! for which something might are left unbounded on that axis.
 
-use super::simd::{LANES, Simd};
+use super::group::{Bounds, of_group};
+use super::simd::{LANES, Simd, Wide};
 use crate::geometry::{Aabb, Triangle, Vec3};
 use crate::intersect::PreparedRay;
 use crate::ray::Ray;
@@ -40,6 +41,9 @@ const SHORTEST: f32 = 1.0 / (1u64 << 40) as f32;
 const LONGEST: f32 = (1u64 << 40) as f32;
 const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
 
+/// A place without a ray.
+pub(super) const NOBODY: u16 = u16::MAX;
+
 /// One number for each ray.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
@@ -58,6 +62,13 @@ impl Row {
     fn group_mut(&mut self, group: usize) -> &mut [f32; LANES] {
         &mut self.0.as_chunks_mut::<LANES>().0[group]
     }
+}
+
+/// The signs of a ray's direction, one bit for each axis.
+#[inline(always)]
+pub(super) fn octant(ray: &Ray) -> u8 {
+    let [x, y, z] = ray.direction.to_array().map(|d| (d.to_bits() >> 31) as u8);
+    x | y << 1 | z << 2
 }
 
 /// The rays of a stream.
@@ -80,10 +91,13 @@ pub(super) struct Rays {
     pub(super) slope_slack: Row,
     /// As in the watertight triangle test.
     pub(super) shear: [Row; 2],
-    /// Index of the direction's largest component.
-    pub(super) axis: [u8; STREAM],
-    /// Signs of the direction, one bit for each axis.
-    pub(super) octant: [u8; STREAM],
+    /// Index of the direction's largest component, as bits.
+    pub(super) axis: Row,
+    /// For each group the signs of the directions, one bit for each axis.
+    pub(super) octants: [u8; STREAM / LANES],
+    /// What the differences of corners and origin are multiplied by for the two sheared coordinates.
+    pub(super) across: [[Row; 3]; 2],
+    pub(super) bounds_of_groups: [Bounds; STREAM / LANES],
     /// The rays as given.
     rays: [Ray; STREAM],
     bounds: Aabb,
@@ -104,28 +118,42 @@ impl Rays {
         end: Row::ZERO,
         slope_slack: Row::ZERO,
         shear: [Row::ZERO; 2],
-        axis: [0; STREAM],
-        octant: [0; STREAM],
+        axis: Row::ZERO,
+        octants: [0; STREAM / LANES],
+        across: [[Row::ZERO; 3]; 2],
+        bounds_of_groups: [Bounds::NONE; STREAM / LANES],
         rays: [Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 }; STREAM],
         bounds: Aabb::EMPTY,
         valid: 0,
     };
 
-    /// Takes up to 64 rays in the place of those before.
+    /// Takes up to 64 of the rays given in the place of those before, by their places among them;
+    /// there is none where the place says [`NOBODY`].
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(&mut self, simd: S, bounds: &Aabb, given: &[Ray]) {
-        let count = given.len();
+    pub(super) fn fill<S: Simd, W: Wide>(
+        &mut self,
+        s: S,
+        w: W,
+        bounds: &Aabb,
+        given: &[Ray],
+        places: &[u16],
+    ) {
         self.bounds = *bounds;
         self.valid = 0;
-        for group in 0..count.div_ceil(LANES) {
+        for (group, places) in places.chunks(LANES).enumerate() {
             let first = group * LANES;
-            // The last group is filled up with copies.
-            let rays: [&Ray; LANES] = std::array::from_fn(|i| &given[(first + i).min(count - 1)]);
-            for (kept, ray) in self.rays[first..first + LANES].iter_mut().zip(rays) {
-                *kept = *ray;
+            let mut lanes = 0;
+            for (lane, &place) in places.iter().enumerate() {
+                if place != NOBODY {
+                    self.rays[first + lane] = given[usize::from(place)];
+                    lanes |= 1 << lane;
+                }
             }
-            let lanes = if count - first < LANES { (1 << (count - first)) - 1 } else { 0xff };
-            let (valid, odd) = self.fill_group(simd, group, rays);
+            if lanes == 0 {
+                continue;
+            }
+            let rays = *self.rays[first..].first_chunk().expect("a group of rays");
+            let (valid, odd) = self.fill_group(s, group, &rays);
             self.valid |= u64::from(valid & lanes) << first;
             let mut odd = odd & lanes;
             while odd != 0 {
@@ -133,12 +161,20 @@ impl Rays {
                 odd &= odd - 1;
             }
         }
+        for group in 0..STREAM / W::GROUP {
+            let lanes = of_group::<W>(self.valid, group);
+            if lanes != 0 {
+                let any = group * W::GROUP + lanes.trailing_zeros() as usize;
+                self.octants[group] = octant(&self.rays[any]);
+                self.bounds_of_groups[group] = Bounds::new(w, self, group, lanes);
+            }
+        }
     }
 
     /// Returns which of the rays are valid, and which are to be done one by one.
     #[inline(always)]
-    fn fill_group<S: Simd>(&mut self, s: S, group: usize, rays: [&Ray; LANES]) -> (u32, u32) {
-        let [ox, oy, oz, t_min, dx, dy, dz, t_max] = s.rays(rays);
+    fn fill_group<S: Simd>(&mut self, s: S, group: usize, rays: &[Ray; LANES]) -> (u32, u32) {
+        let [ox, oy, oz, t_min, dx, dy, dz, t_max] = s.rays(rays.each_ref());
         let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
         let size = [s.abs(dx), s.abs(dy), s.abs(dz)];
         let largest = s.max(s.max(size[0], size[1]), size[2]);
@@ -188,24 +224,28 @@ impl Rays {
 
         let x_largest = s.both(s.less_equal(size[1], size[0]), s.less_equal(size[2], size[0]));
         let y_largest = s.less_equal(size[2], size[1]);
-        let along = s.select(x_largest, dx, s.select(y_largest, dy, dz));
-        s.store(
-            self.shear[0].group_mut(group),
-            s.div(s.select(x_largest, dy, s.select(y_largest, dz, dx)), along),
-        );
-        s.store(
-            self.shear[1].group_mut(group),
-            s.div(s.select(x_largest, dz, s.select(y_largest, dx, dy)), along),
-        );
-
-        let (x, y) = (s.bits(x_largest), s.bits(y_largest));
-        let signs = [s.signs(dx), s.signs(dy), s.signs(dz)];
-        for lane in 0..LANES {
-            let index = group * LANES + lane;
-            let bit = |bits: u32| (bits >> lane & 1) as u8;
-            self.axis[index] = if bit(x) == 1 { 0 } else { 2 - bit(y) };
-            self.octant[index] = bit(signs[0]) | bit(signs[1]) << 1 | bit(signs[2]) << 2;
+        let largest = s.select(x_largest, dx, s.select(y_largest, dy, dz));
+        let first = s.div(s.select(x_largest, dy, s.select(y_largest, dz, dx)), largest);
+        let second = s.div(s.select(x_largest, dz, s.select(y_largest, dx, dy)), largest);
+        s.store(self.shear[0].group_mut(group), first);
+        s.store(self.shear[1].group_mut(group), second);
+        let (zero, one) = (s.splat(0.0), s.splat(1.0));
+        let (first, second) = (s.sub(zero, first), s.sub(zero, second));
+        // Which factor belongs to an axis, by which of them is the largest.
+        let factors = [
+            [[first, one, zero], [zero, first, one], [one, zero, first]],
+            [[second, zero, one], [one, second, zero], [zero, one, second]],
+        ];
+        for (rows, [if_x, if_y, if_z]) in self.across.iter_mut().zip(factors) {
+            for axis in 0..3 {
+                let other = s.select(y_largest, if_y[axis], if_z[axis]);
+                s.store(rows[axis].group_mut(group), s.select(x_largest, if_x[axis], other));
+            }
         }
+
+        let index = |axis: u32| s.splat(f32::from_bits(axis));
+        let axis = s.select(x_largest, index(0), s.select(y_largest, index(1), index(2)));
+        s.store(self.axis.group_mut(group), axis);
         let (valid, plain) = (s.bits(valid), s.bits(plain));
         (valid, valid & !plain)
     }
@@ -235,9 +275,18 @@ impl Rays {
         (self.t_min.0[index], self.t_max.0[index]) = (slabs.t_min, slabs.t_max);
         self.direction.iter_mut().for_each(|row| row.0[index] = f32::NAN);
         let shear = prepared.shear();
-        self.axis[index] = shear.axes[2] as u8;
+        self.axis.0[index] = f32::from_bits(shear.axes[2] as u32);
         for (row, factor) in self.shear.iter_mut().zip(shear.factors) {
             row.0[index] = factor;
+        }
+        for ((rows, factor), one) in self.across.iter_mut().zip(shear.factors).zip(shear.axes) {
+            for (axis, row) in rows.iter_mut().enumerate() {
+                row.0[index] = match axis {
+                    _ if axis == shear.axes[2] => -factor,
+                    _ if axis == one => 1.0,
+                    _ => 0.0,
+                };
+            }
         }
     }
 

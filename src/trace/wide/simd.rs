@@ -4,6 +4,7 @@
 //! the same bits from every implementation, but for [`mul_sub`](Simd::mul_sub), which may round
 //! once or twice: what is computed with it allows for either.
 
+use super::rays::Row;
 use crate::ray::Ray;
 
 /// Numbers that are computed at once.
@@ -46,9 +47,127 @@ pub(super) trait Simd: Copy {
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES];
+    /// Folds the given lanes.
+    #[inline(always)]
+    fn fold(self, a: Self::Floats, lanes: u8, neutral: f32, f: impl Fn(f32, f32) -> f32) -> f32 {
+        let mut array = [0.0; LANES];
+        self.store(&mut array, a);
+        let mut pick = [neutral; LANES];
+        for lane in 0..LANES {
+            pick[lane] = if lanes >> lane & 1 != 0 { array[lane] } else { neutral };
+        }
+        let [a, b, c, d, e, g, h, i] = pick;
+        f(f(f(a, b), f(c, d)), f(f(e, g), f(h, i)))
+    }
     /// Has what lies at the address brought near, if the processor can.
     fn prefetch<T>(self, place: &T);
 }
+
+/// Operations on the numbers of a group of rays: as many as a register holds.
+pub(super) trait Wide: Copy {
+    /// Rays of a group: divides 64.
+    const GROUP: usize;
+    type Floats: Copy;
+
+    fn splat(self, value: f32) -> Self::Floats;
+    /// The numbers of one group.
+    fn load(self, row: &Row, group: usize) -> Self::Floats;
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `a * b - c`, rounded as [`Simd::mul_sub`] rounds.
+    fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+    /// `b` if either is NaN.
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `b` if either is NaN.
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// One bit for each lane, from the lowest on.
+    fn less_equal(self, a: Self::Floats, b: Self::Floats) -> u64;
+    fn less(self, a: Self::Floats, b: Self::Floats) -> u64;
+    fn abs(self, a: Self::Floats) -> Self::Floats;
+    /// `a`, negated where `sign` has the sign bit.
+    fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats;
+    /// The least of the numbers in the given lanes, of which there is one at least.
+    fn least(self, a: Self::Floats, lanes: u64) -> f32;
+    /// The largest likewise.
+    fn largest(self, a: Self::Floats, lanes: u64) -> f32;
+}
+
+/// Groups of eight for those whose registers hold eight numbers.
+macro_rules! groups_of_eight {
+    ($set:ty) => {
+        impl Wide for $set {
+            const GROUP: usize = LANES;
+            type Floats = <Self as Simd>::Floats;
+
+            #[inline(always)]
+            fn splat(self, value: f32) -> Self::Floats {
+                Simd::splat(self, value)
+            }
+            #[inline(always)]
+            fn load(self, row: &Row, group: usize) -> Self::Floats {
+                Simd::load(self, row.group(group))
+            }
+            #[inline(always)]
+            fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::add(self, a, b)
+            }
+            #[inline(always)]
+            fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::sub(self, a, b)
+            }
+            #[inline(always)]
+            fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::mul(self, a, b)
+            }
+            #[inline(always)]
+            fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
+                Simd::mul_sub(self, a, b, c)
+            }
+            #[inline(always)]
+            fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::min(self, a, b)
+            }
+            #[inline(always)]
+            fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::max(self, a, b)
+            }
+            #[inline(always)]
+            fn less_equal(self, a: Self::Floats, b: Self::Floats) -> u64 {
+                u64::from(Simd::bits(self, Simd::less_equal(self, a, b)))
+            }
+            #[inline(always)]
+            fn less(self, a: Self::Floats, b: Self::Floats) -> u64 {
+                u64::from(Simd::bits(self, Simd::less(self, a, b)))
+            }
+            #[inline(always)]
+            fn abs(self, a: Self::Floats) -> Self::Floats {
+                Simd::abs(self, a)
+            }
+            #[inline(always)]
+            fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats {
+                Simd::flip_sign(self, a, sign)
+            }
+            #[inline(always)]
+            fn least(self, a: Self::Floats, lanes: u64) -> f32 {
+                Simd::fold(self, a, lanes as u8, f32::INFINITY, |a, b| if a < b { a } else { b })
+            }
+            #[inline(always)]
+            fn largest(self, a: Self::Floats, lanes: u64) -> f32 {
+                Simd::fold(
+                    self,
+                    a,
+                    lanes as u8,
+                    f32::NEG_INFINITY,
+                    |a, b| if a > b { a } else { b },
+                )
+            }
+        }
+    };
+}
+#[cfg(target_arch = "x86_64")]
+groups_of_eight!(super::avx2::Avx2);
+groups_of_eight!(Portable);
 
 /// Plain arrays, for every processor.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +223,7 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn mul_sub(self, a: Array, b: Array, c: Array) -> Array {
-        self.sub(self.mul(a, b), c)
+        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
     }
     #[inline(always)]
     fn min(self, a: Array, b: Array) -> Array {

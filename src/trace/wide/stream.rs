@@ -1,9 +1,10 @@
 //! Up to 64 rays through the tree together: each node is visited once for all of them.
 
+use super::group::{groups, leaf_by_group as test_leaf_by_group, node_by_group};
 use super::leaf::hits_leaf;
 use super::one_ray::OneRay;
 use super::rays::{Rays, STREAM};
-use super::simd::{LANES, Simd};
+use super::simd::{LANES, Simd, Wide};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
 
@@ -39,10 +40,22 @@ impl Stack {
     }
 }
 
+static TUNE: std::sync::LazyLock<[u32; 2]> = std::sync::LazyLock::new(|| {
+    let get = |k: &str, d: u32| std::env::var(k).map_or(d, |v| v.parse().unwrap());
+    [get("BYG", 2), get("LBYG", 1)]
+});
+fn by_group() -> u32 {
+    TUNE[0]
+}
+fn leaf_by_group() -> u32 {
+    TUNE[1]
+}
+
 /// The rays that something is in the way of.
 #[inline(always)]
-pub(super) fn any_hit<S: Simd, C: PacketCounter>(
+pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
+    w: W,
     tree: &Bvh8,
     rays: &Rays,
     stack: &mut Stack,
@@ -59,18 +72,22 @@ pub(super) fn any_hit<S: Simd, C: PacketCounter>(
         }
         if here & (here - 1) == 0 {
             let index = here.trailing_zeros() as usize;
-            if one_ray(s, tree, rays, index, child, stack, counter) {
+            if one_ray::<S, W, C>(s, tree, rays, index, child, stack, counter) {
                 alive &= !here;
             }
             continue;
         }
         counter.node(here);
         if child.is_leaf() {
-            alive &= !leaf_hits(s, tree, child, rays, here, counter);
+            alive &= !leaf_hits(s, w, tree, child, rays, here, counter);
             continue;
         }
         let node = &tree.nodes[child.node_index()];
-        let (met, mut children) = node_by_ray(s, node, rays, here);
+        let (met, mut children) = if here.count_ones() > groups::<W>(here) * by_group() {
+            node_by_group(s, w, node, rays, here)
+        } else {
+            node_by_ray::<S, W>(s, node, rays, here)
+        };
         children &= node.occupied();
         while children != 0 {
             let slot = children.ilog2();
@@ -83,8 +100,9 @@ pub(super) fn any_hit<S: Simd, C: PacketCounter>(
 
 /// As [`any_hit`], each ray on its own.
 #[inline(always)]
-pub(super) fn any_hit_one_by_one<S: Simd, C: PacketCounter>(
+pub(super) fn any_hit_one_by_one<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
+    _: W,
     tree: &Bvh8,
     rays: &Rays,
     stack: &mut Stack,
@@ -96,19 +114,24 @@ pub(super) fn any_hit_one_by_one<S: Simd, C: PacketCounter>(
     while left != 0 {
         let index = left.trailing_zeros() as usize;
         left &= left - 1;
-        hits |= u64::from(one_ray(s, tree, rays, index, root, stack, counter)) << index;
+        hits |= u64::from(one_ray::<S, W, C>(s, tree, rays, index, root, stack, counter)) << index;
     }
     hits
 }
 
 /// For each child the rays that meet it, and which children any meet.
 #[inline(always)]
-fn node_by_ray<S: Simd>(s: S, node: &Node8, rays: &Rays, mut active: u64) -> ([u64; LANES], u32) {
+fn node_by_ray<S: Simd, W: Wide>(
+    s: S,
+    node: &Node8,
+    rays: &Rays,
+    mut active: u64,
+) -> ([u64; LANES], u32) {
     let mut met = [0u8; STREAM];
     let mut any = 0;
     while active != 0 {
         let index = active.trailing_zeros() as usize;
-        let children = OneRay::new(s, rays, index).meets(s, node);
+        let children = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]).meets(s, node);
         met[index] = children as u8;
         any |= children;
         active &= active - 1;
@@ -117,8 +140,9 @@ fn node_by_ray<S: Simd>(s: S, node: &Node8, rays: &Rays, mut active: u64) -> ([u
 }
 
 #[inline(always)]
-fn leaf_hits<S: Simd, C: PacketCounter>(
+fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
+    w: W,
     tree: &Bvh8,
     leaf: ChildRef,
     rays: &Rays,
@@ -127,6 +151,10 @@ fn leaf_hits<S: Simd, C: PacketCounter>(
 ) -> u64 {
     for _ in leaf.leaf_slots() {
         counter.triangle(active);
+    }
+    if active.count_ones() > groups::<W>(active) * leaf.leaf_slots().len() as u32 * leaf_by_group()
+    {
+        return test_leaf_by_group(w, tree, leaf, rays, active);
     }
     let mut hits = 0;
     while active != 0 {
@@ -139,7 +167,7 @@ fn leaf_hits<S: Simd, C: PacketCounter>(
 
 /// Whether anything below `child` is in the way of one ray.
 #[inline(always)]
-fn one_ray<S: Simd, C: PacketCounter>(
+fn one_ray<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     tree: &Bvh8,
     rays: &Rays,
@@ -148,7 +176,7 @@ fn one_ray<S: Simd, C: PacketCounter>(
     stack: &mut Stack,
     counter: &mut C,
 ) -> bool {
-    let ray = OneRay::new(s, rays, index);
+    let ray = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]);
     let base = stack.len;
     let mut current = child;
     loop {

@@ -1,0 +1,272 @@
+//! A group of rays, as many as a register holds numbers, against one box or triangle after the
+//! other. All rays of a group go into one octant, so that they enter a box by the same planes.
+
+use super::leaf::{HEIGHT_SLACK, UNDERFLOW};
+use super::rays::{Rays, STREAM};
+use super::simd::{LANES, Simd, Wide};
+use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
+
+/// The bits of one group's rays, from the lowest on.
+#[inline(always)]
+pub(super) fn of_group<W: Wide>(mask: u64, group: usize) -> u64 {
+    mask >> (group * W::GROUP) & (u64::MAX >> (STREAM - W::GROUP))
+}
+
+/// Bounds of the numbers of a group's rays.
+///
+/// Rounded products and sums are monotone in each operand, so a product or sum of bounds bounds
+/// those of all rays, bit for bit: what is computed from them rejects a box only if each ray does.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    reciprocal: [[f32; 2]; 3],
+    /// The largest of those that are subtracted for entries.
+    near: [f32; 3],
+    /// The smallest for exits.
+    far: [f32; 3],
+    t_min: f32,
+    t_max: f32,
+    /// For each axis the side of the entry plane.
+    entry_side: [u8; 3],
+}
+
+impl Bounds {
+    pub(super) const NONE: Self = Self {
+        reciprocal: [[0.0; 2]; 3],
+        near: [0.0; 3],
+        far: [0.0; 3],
+        t_min: 0.0,
+        t_max: 0.0,
+        entry_side: [0; 3],
+    };
+
+    /// Of the given rays of a group, of which there is one at least.
+    #[inline(always)]
+    pub(super) fn new<W: Wide>(w: W, rays: &Rays, group: usize, lanes: u64) -> Self {
+        let octant = rays.octants[group];
+        let mut all =
+            Self { entry_side: [octant & 1, octant >> 1 & 1, octant >> 2 & 1], ..Self::NONE };
+        for axis in 0..3 {
+            let reciprocal = w.load(&rays.reciprocal[axis], group);
+            all.reciprocal[axis] = [w.least(reciprocal, lanes), w.largest(reciprocal, lanes)];
+            all.near[axis] = w.largest(w.load(&rays.near[axis], group), lanes);
+            all.far[axis] = w.least(w.load(&rays.far[axis], group), lanes);
+        }
+        all.t_min = w.least(w.load(&rays.t_min, group), lanes);
+        all.t_max = w.largest(w.load(&rays.t_max, group), lanes);
+        all
+    }
+
+    /// The children that a ray may meet, one bit each.
+    #[inline(always)]
+    fn may_meet<S: Simd>(&self, s: S, node: &Node8) -> u32 {
+        let (mut entry, mut exit) = (s.splat(self.t_min), s.splat(self.t_max));
+        for axis in 0..3 {
+            let side = usize::from(self.entry_side[axis] & 1);
+            let planes = &node.planes[axis];
+            let (near, far) = (s.load(&planes[side]), s.load(&planes[1 - side]));
+            let [low, high] = self.reciprocal[axis];
+            let (low, high) = (s.splat(low), s.splat(high));
+            let (near_by, far_by) = (s.splat(self.near[axis]), s.splat(self.far[axis]));
+            let enters = s.min(s.mul_sub(near, low, near_by), s.mul_sub(near, high, near_by));
+            let leaves = s.max(s.mul_sub(far, low, far_by), s.mul_sub(far, high, far_by));
+            entry = s.max(enters, entry);
+            exit = s.min(leaves, exit);
+        }
+        s.bits(s.less_equal(entry, exit)) & node.occupied()
+    }
+}
+
+/// For each child the active rays that meet it, and which children any meet.
+#[inline(always)]
+pub(super) fn node_by_group<S: Simd, W: Wide>(
+    s: S,
+    w: W,
+    node: &Node8,
+    rays: &Rays,
+    active: u64,
+) -> ([u64; WIDTH], u32) {
+    let mut met = [0; WIDTH];
+    let mut any = 0;
+    for group in 0..STREAM / W::GROUP {
+        let here = of_group::<W>(active, group);
+        if here == 0 {
+            continue;
+        }
+        let bounds = &rays.bounds_of_groups[group];
+        let mut children = bounds.may_meet(s, node);
+        if children == 0 {
+            continue;
+        }
+        let [side_x, side_y, side_z] = bounds.entry_side.map(|side| usize::from(side & 1));
+        let [rx, ry, rz] = load_3(w, &rays.reciprocal, group);
+        let [nx, ny, nz] = load_3(w, &rays.near, group);
+        let [fx, fy, fz] = load_3(w, &rays.far, group);
+        let (t_min, t_max) = (w.load(&rays.t_min, group), w.load(&rays.t_max, group));
+        let [planes_x, planes_y, planes_z] = &node.planes;
+        while children != 0 {
+            let slot = (children.trailing_zeros() & 7) as usize;
+            children &= children - 1;
+            let enters_x = w.mul_sub(w.splat(planes_x[side_x][slot]), rx, nx);
+            let enters_y = w.mul_sub(w.splat(planes_y[side_y][slot]), ry, ny);
+            let enters_z = w.mul_sub(w.splat(planes_z[side_z][slot]), rz, nz);
+            let leaves_x = w.mul_sub(w.splat(planes_x[1 - side_x][slot]), rx, fx);
+            let leaves_y = w.mul_sub(w.splat(planes_y[1 - side_y][slot]), ry, fy);
+            let leaves_z = w.mul_sub(w.splat(planes_z[1 - side_z][slot]), rz, fz);
+            let entry = w.max(enters_z, w.max(enters_y, w.max(enters_x, t_min)));
+            let exit = w.min(leaves_z, w.min(leaves_y, w.min(leaves_x, t_max)));
+            let meet = w.less_equal(entry, exit) & here;
+            met[slot] |= meet << (group * W::GROUP);
+            any |= u32::from(meet != 0) << slot;
+        }
+    }
+    (met, any)
+}
+
+#[inline(always)]
+fn load_3<W: Wide>(w: W, rows: &[super::rays::Row; 3], group: usize) -> [W::Floats; 3] {
+    [w.load(&rows[0], group), w.load(&rows[1], group), w.load(&rows[2], group)]
+}
+
+/// Those of the active rays that a triangle of a leaf stops. Steps and bounds are those of
+/// [`hits_leaf`](super::leaf::hits_leaf).
+///
+/// The two sheared coordinates of a corner are sums of three products, of which one is with 1 and
+/// one with 0: these are exact, so the numbers are those of the watertight test. (Products of zero
+/// and infinity are NaN, which turns nothing away.)
+#[inline(always)]
+pub(super) fn leaf_by_group<W: Wide>(
+    w: W,
+    tree: &Bvh8,
+    leaf: ChildRef,
+    rays: &Rays,
+    active: u64,
+) -> u64 {
+    let slots = leaf.leaf_slots();
+    let count = slots.len();
+    let block = &tree.leaves[slots.start * LEAF_ROWS..slots.end * LEAF_ROWS];
+    let zero = w.splat(0.0);
+    let mut all = 0;
+    for group in 0..STREAM / W::GROUP {
+        let mut here = of_group::<W>(active, group);
+        if here == 0 {
+            continue;
+        }
+        let origin = load_3(w, &rays.origin, group);
+        let (first, second) =
+            (load_3(w, &rays.across[0], group), load_3(w, &rays.across[1], group));
+        let mut stopped = 0;
+        for triangle in 0..count {
+            let mut corners = [[zero; 3]; 3];
+            let mut projected = [[zero; 2]; 3];
+            for corner in 0..3 {
+                for axis in 0..3 {
+                    let number = block[(3 * corner + axis) * count + triangle];
+                    corners[corner][axis] = w.sub(w.splat(number), origin[axis]);
+                }
+                projected[corner] =
+                    [dot(w, corners[corner], first), dot(w, corners[corner], second)];
+            }
+            let [a, b, c] = projected;
+            let uvt = [cross(w, c, b), cross(w, a, c), cross(w, b, a)];
+            let below = w.less(w.min(w.min(uvt[0], uvt[1]), uvt[2]), zero);
+            let above = w.less(zero, w.max(w.max(uvt[0], uvt[1]), uvt[2]));
+            let candidates = !(below & above) & here;
+            if candidates == 0 {
+                continue;
+            }
+            let normal = [9, 10, 11].map(|row| block[row * count + triangle]);
+            let (certain, mut doubtful) = judge(w, rays, group, candidates, corners, normal, uvt);
+            let mut hits = certain;
+            while doubtful != 0 {
+                let lane = doubtful.trailing_zeros() as usize;
+                doubtful &= doubtful - 1;
+                let hit = rays.confirm(group * W::GROUP + lane, &tree.triangle(leaf, triangle));
+                hits |= u64::from(hit) << lane;
+            }
+            stopped |= hits;
+            here &= !hits;
+            if here == 0 {
+                break;
+            }
+        }
+        all |= stopped << (group * W::GROUP);
+    }
+    all
+}
+
+/// Which of the candidates hit a triangle for certain, and which may. `corners` are relative to the
+/// origins.
+#[inline(always)]
+fn judge<W: Wide>(
+    w: W,
+    rays: &Rays,
+    group: usize,
+    mut candidates: u64,
+    corners: [[W::Floats; 3]; 3],
+    normal: [f32; 3],
+    uvt: [W::Floats; 3],
+) -> (u64, u64) {
+    let normal = [w.splat(normal[0]), w.splat(normal[1]), w.splat(normal[2])];
+    let direction = load_3(w, &rays.direction, group);
+    let [x, y, z] = corners[0];
+    let (height, slope) = (dot(w, normal, corners[0]), dot(w, normal, direction));
+    let reach = w.add(w.add(w.abs(x), w.abs(y)), w.add(w.abs(z), w.splat(UNDERFLOW)));
+    let slack = w.mul(reach, w.splat(HEIGHT_SLACK));
+    let height = w.flip_sign(height, slope);
+    let slope = w.abs(slope);
+    let slope_slack = w.load(&rays.slope_slack, group);
+    let (start, end) = (w.load(&rays.start, group), w.load(&rays.end, group));
+    let (at_start, at_end) = (w.mul(start, slope), w.mul(end, slope));
+    let (start_slack, end_slack) =
+        (w.mul(w.abs(start), slope_slack), w.mul(w.abs(end), slope_slack));
+    let sure_of_side = w.less(slope_slack, slope);
+    let before = w.less(w.add(height, slack), w.sub(at_start, start_slack));
+    let after = w.less(w.add(at_end, end_slack), w.sub(height, slack));
+    candidates &= !((before | after) & sure_of_side);
+    if candidates == 0 {
+        return (0, 0);
+    }
+    let unbounded = w.less(w.splat(f32::MAX), end);
+    let product = w.abs(w.mul(w.mul(uvt[0], uvt[1]), uvt[2]));
+    let no_doubt = w.less_equal(w.splat(f32::MIN_POSITIVE), product)
+        & w.less_equal(product, w.splat(f32::MAX));
+    let started = w.less(w.add(at_start, start_slack), w.sub(height, slack));
+    let not_ended = unbounded | w.less(w.add(height, slack), w.sub(at_end, end_slack));
+    let (mut entry, mut exit) = (start, end);
+    for axis in 0..3 {
+        let reciprocal = w.load(&rays.reciprocal[axis], group);
+        let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
+        let one = w.mul(w.min(w.min(a, b), c), reciprocal);
+        let other = w.mul(w.max(w.max(a, b), c), reciprocal);
+        entry = w.max(w.min(one, other), entry);
+        exit = w.min(w.max(one, other), exit);
+    }
+    let within = w.less_equal(entry, exit);
+    let certain = candidates & sure_of_side & no_doubt & started & not_ended & within;
+    (certain, candidates & !certain)
+}
+
+#[inline(always)]
+fn dot<W: Wide>(w: W, a: [W::Floats; 3], b: [W::Floats; 3]) -> W::Floats {
+    w.add(w.add(w.mul(a[0], b[0]), w.mul(a[1], b[1])), w.mul(a[2], b[2]))
+}
+
+#[inline(always)]
+fn cross<W: Wide>(w: W, p: [W::Floats; 2], q: [W::Floats; 2]) -> W::Floats {
+    w.sub(w.mul(p[0], q[1]), w.mul(p[1], q[0]))
+}
+
+/// Groups with an active ray.
+#[inline(always)]
+pub(super) fn groups<W: Wide>(active: u64) -> u32 {
+    let mut any = active;
+    let mut shift = W::GROUP / 2;
+    while shift > 0 {
+        any |= any >> shift;
+        shift /= 2;
+    }
+    let first_of_each = u64::MAX / (u64::MAX >> (STREAM - W::GROUP));
+    (any & first_of_each).count_ones()
+}
+
+const _: () = assert!(LANES == WIDTH);
