@@ -34,6 +34,7 @@ pub fn collapse(tree: &Bvh2, costs: WideCosts, priority: &dyn Fn(usize, usize) -
     let mut wide = Bvh8 {
         nodes: Vec::with_capacity(tree.nodes.len() / 4),
         root: None,
+        id: Bvh8::new_id(),
         bounds: tree.bounds,
         leaves: Vec::with_capacity(tree.triangles.len() * LEAF_ROWS + WIDTH),
         triangle_ids: Vec::with_capacity(tree.triangles.len()),

@@ -4,6 +4,7 @@
 
 use super::{ChildRef, MAX_DEPTH};
 use crate::geometry::{Aabb, Triangle, TriangleMesh, Vec3};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Children of a node, and lanes of the tests against them.
 pub const WIDTH: usize = 8;
@@ -97,9 +98,17 @@ pub struct Bvh8 {
     pub leaves: Vec<f32>,
     /// For each slot, the triangle's index in the mesh.
     pub triangle_ids: Vec<u32>,
+    /// Unlike that of any other tree, but for copies; not 0.
+    pub id: u64,
 }
 
 impl Bvh8 {
+    /// An [`id`](Self::id) that no tree has.
+    pub fn new_id() -> u64 {
+        static LAST: AtomicU64 = AtomicU64::new(0);
+        LAST.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
     /// Bytes of all arrays.
     pub fn memory_bytes(&self) -> u64 {
         (size_of_val(self.nodes.as_slice())

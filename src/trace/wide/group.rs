@@ -2,6 +2,7 @@
 //! other. All rays of a group go into one octant, so that they enter a box by the same planes.
 
 use super::leaf::{HEIGHT_SLACK, UNDERFLOW};
+use super::occluders::Occluders;
 use super::rays::{Rays, STREAM};
 use super::simd::{LANES, Simd, Wide};
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
@@ -97,7 +98,9 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
         if children == 0 {
             continue;
         }
-        let [side_x, side_y, side_z] = bounds.entry_side.map(|side| usize::from(side & 1));
+        let [side_x, side_y, side_z] = bounds.entry_side;
+        let (side_x, side_y, side_z) =
+            (usize::from(side_x & 1), usize::from(side_y & 1), usize::from(side_z & 1));
         let [rx, ry, rz] = load_3(w, &rays.reciprocal, group);
         let [nx, ny, nz] = load_3(w, &rays.near, group);
         let [fx, fy, fz] = load_3(w, &rays.far, group);
@@ -140,56 +143,93 @@ pub(super) fn leaf_by_group<W: Wide>(
     leaf: ChildRef,
     rays: &Rays,
     active: u64,
+    occluders: &mut Occluders,
 ) -> u64 {
-    let slots = leaf.leaf_slots();
-    let count = slots.len();
-    let block = &tree.leaves[slots.start * LEAF_ROWS..slots.end * LEAF_ROWS];
-    let zero = w.splat(0.0);
     let mut all = 0;
     for group in 0..STREAM / W::GROUP {
         let mut here = of_group::<W>(active, group);
         if here == 0 {
             continue;
         }
-        let origin = load_3(w, &rays.origin, group);
-        let (first, second) =
-            (load_3(w, &rays.across[0], group), load_3(w, &rays.across[1], group));
-        let mut stopped = 0;
-        for triangle in 0..count {
-            let mut corners = [[zero; 3]; 3];
-            let mut projected = [[zero; 2]; 3];
-            for corner in 0..3 {
-                for axis in 0..3 {
-                    let number = block[(3 * corner + axis) * count + triangle];
-                    corners[corner][axis] = w.sub(w.splat(number), origin[axis]);
-                }
-                projected[corner] =
-                    [dot(w, corners[corner], first), dot(w, corners[corner], second)];
-            }
-            let [a, b, c] = projected;
-            let uvt = [cross(w, c, b), cross(w, a, c), cross(w, b, a)];
-            let below = w.less(w.min(w.min(uvt[0], uvt[1]), uvt[2]), zero);
-            let above = w.less(zero, w.max(w.max(uvt[0], uvt[1]), uvt[2]));
-            let candidates = !(below & above) & here;
-            if candidates == 0 {
-                continue;
-            }
-            let normal = [9, 10, 11].map(|row| block[row * count + triangle]);
-            let (certain, mut doubtful) = judge(w, rays, group, candidates, corners, normal, uvt);
-            let mut hits = certain;
-            while doubtful != 0 {
-                let lane = doubtful.trailing_zeros() as usize;
-                doubtful &= doubtful - 1;
-                let hit = rays.confirm(group * W::GROUP + lane, &tree.triangle(leaf, triangle));
-                hits |= u64::from(hit) << lane;
-            }
-            stopped |= hits;
+        let before = here;
+        for triangle in 0..leaf.leaf_slots().len() {
+            let hits = stopped_by(w, tree, leaf, triangle, rays, group, here);
+            occluders.note(rays.octants[group], leaf, triangle, hits);
             here &= !hits;
             if here == 0 {
                 break;
             }
         }
-        all |= stopped << (group * W::GROUP);
+        all |= (before & !here) << (group * W::GROUP);
+    }
+    all
+}
+
+/// Those of a group's active rays that one triangle of a leaf stops.
+#[inline(always)]
+pub(super) fn stopped_by<W: Wide>(
+    w: W,
+    tree: &Bvh8,
+    leaf: ChildRef,
+    triangle: usize,
+    rays: &Rays,
+    group: usize,
+    active: u64,
+) -> u64 {
+    let slots = leaf.leaf_slots();
+    let count = slots.len();
+    let block = &tree.leaves[slots.start * LEAF_ROWS..slots.end * LEAF_ROWS];
+    let zero = w.splat(0.0);
+    let origin = load_3(w, &rays.origin, group);
+    let (first, second) = (load_3(w, &rays.across[0], group), load_3(w, &rays.across[1], group));
+    let mut corners = [[zero; 3]; 3];
+    let mut projected = [[zero; 2]; 3];
+    for corner in 0..3 {
+        for axis in 0..3 {
+            let number = block[(3 * corner + axis) * count + triangle];
+            corners[corner][axis] = w.sub(w.splat(number), origin[axis]);
+        }
+        projected[corner] = [dot(w, corners[corner], first), dot(w, corners[corner], second)];
+    }
+    let [a, b, c] = projected;
+    let uvt = [cross(w, c, b), cross(w, a, c), cross(w, b, a)];
+    let below = w.less(w.min(w.min(uvt[0], uvt[1]), uvt[2]), zero);
+    let above = w.less(zero, w.max(w.max(uvt[0], uvt[1]), uvt[2]));
+    let candidates = !(below & above) & active;
+    if candidates == 0 {
+        return 0;
+    }
+    let [x, y, z] = [9 * count, 10 * count, 11 * count];
+    let normal = [block[x + triangle], block[y + triangle], block[z + triangle]];
+    let (mut hits, mut doubtful) = judge(w, rays, group, candidates, corners, normal, uvt);
+    while doubtful != 0 {
+        let lane = doubtful.trailing_zeros() as usize;
+        doubtful &= doubtful - 1;
+        let hit = rays.confirm(group * W::GROUP + lane, &tree.triangle(leaf, triangle));
+        hits |= u64::from(hit) << lane;
+    }
+    hits
+}
+
+/// Those of the active rays that a known occluder stops.
+#[inline(always)]
+pub(super) fn stopped_by_occluders<W: Wide>(
+    w: W,
+    tree: &Bvh8,
+    rays: &Rays,
+    active: u64,
+    occluders: &mut Occluders,
+) -> u64 {
+    let mut all = 0;
+    for group in 0..STREAM / W::GROUP {
+        let here = of_group::<W>(active, group);
+        let hits = occluders.stopped(
+            rays.octants[group],
+            here,
+            #[inline(always)]
+            |leaf, triangle, here| stopped_by(w, tree, leaf, triangle, rays, group, here),
+        );
+        all |= hits << (group * W::GROUP);
     }
     all
 }

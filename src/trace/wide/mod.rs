@@ -11,6 +11,7 @@ mod avx512;
 mod closest;
 mod group;
 mod leaf;
+mod occluders;
 mod one_ray;
 mod rays;
 mod simd;
@@ -18,8 +19,10 @@ mod stream;
 
 use super::NoCount;
 use super::packet::PacketCounter;
+use crate::geometry::Vec3;
 use crate::ray::{Hit, Ray, VisitCounts};
 use crate::tree::Bvh8;
+use occluders::Occluders;
 use rays::{NOBODY, Rays, STREAM};
 use simd::{Portable, Simd, Wide};
 use stream::Stack;
@@ -82,11 +85,19 @@ pub struct Scratch {
     stack: Stack,
     /// Places of rays in the batch, in the order in which streams take them.
     places: Vec<u16>,
+    keys: Vec<u8>,
+    occluders: Occluders,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { rays: Rays::EMPTY, stack: Stack::EMPTY, places: Vec::new() }
+        Self {
+            rays: Rays::EMPTY,
+            stack: Stack::EMPTY,
+            places: Vec::new(),
+            keys: Vec::new(),
+            occluders: Occluders::EMPTY,
+        }
     }
 }
 
@@ -201,13 +212,14 @@ fn batch<S: Simd, W: Wide, T: Tally>(
     scratch: &mut Scratch,
     tally: &mut T,
 ) {
-    let Scratch { rays: prepared, stack, places } = scratch;
-    places_by_octant::<W>(rays, places);
+    let Scratch { rays: prepared, stack, places, keys, occluders } = scratch;
+    let occluders = occluders.of_tree(tree.id);
+    places_by_octant::<W>(rays, places, keys);
     for places in places.chunks(STREAM) {
         prepared.fill(s, w, &tree.bounds, rays, places);
         let mut hits = match way {
             Way::Single => stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally),
-            Way::Stream => stream::any_hit(s, w, tree, prepared, stack, tally),
+            Way::Stream => stream::any_hit(s, w, tree, prepared, stack, occluders, tally),
         };
         tally.next_stream(places);
         while hits != 0 {
@@ -220,7 +232,7 @@ fn batch<S: Simd, W: Wide, T: Tally>(
 
 /// Lists the places of rays octant by octant, each from the start of a group on.
 #[inline(always)]
-fn places_by_octant<W: Wide>(rays: &[Ray], places: &mut Vec<u16>) {
+fn places_by_octant<W: Wide>(rays: &[Ray], places: &mut Vec<u16>, keys: &mut Vec<u8>) {
     let Some(first) = rays.first() else { return places.clear() };
     let first = rays::octant(first);
     let alike = rays.iter().fold(0, |all, ray| all | rays::octant(ray) ^ first) == 0;
@@ -229,17 +241,26 @@ fn places_by_octant<W: Wide>(rays: &[Ray], places: &mut Vec<u16>) {
         places.extend(0..rays.len() as u16);
         return;
     }
-    let mut next = [0; 8];
-    rays.iter().for_each(|ray| next[usize::from(rays::octant(ray))] += 1);
-    let mut end = 0;
-    for first in &mut next {
-        let count: usize = std::mem::replace(first, end);
-        end += count.next_multiple_of(W::GROUP);
+    keys.resize(rays.len(), 0);
+    let mut next = [0u16; 64];
+    for (key, ray) in keys.iter_mut().zip(rays) {
+        let Vec3 { x, y, z } = ray.direction.abs();
+        let order = u8::from(x < y) | u8::from(y < z) << 1 | u8::from(z < x) << 2;
+        *key = rays::octant(ray) << 3 | order;
+        next[usize::from(*key)] += 1;
     }
-    places.resize(end, NOBODY);
-    for (place, ray) in rays.iter().enumerate() {
-        let slot = &mut next[usize::from(rays::octant(ray))];
-        places[*slot] = place as u16;
+    let mut end = 0;
+    for octant in next.as_chunks_mut::<8>().0 {
+        for first in octant {
+            let count = std::mem::replace(first, end);
+            end += count;
+        }
+        end = end.next_multiple_of(W::GROUP as u16);
+    }
+    places.resize(end as usize, NOBODY);
+    for (place, key) in keys.iter().enumerate() {
+        let slot = &mut next[usize::from(*key)];
+        places[usize::from(*slot)] = place as u16;
         *slot += 1;
     }
 }

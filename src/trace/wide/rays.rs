@@ -67,8 +67,8 @@ impl Row {
 /// The signs of a ray's direction, one bit for each axis.
 #[inline(always)]
 pub(super) fn octant(ray: &Ray) -> u8 {
-    let [x, y, z] = ray.direction.to_array().map(|d| (d.to_bits() >> 31) as u8);
-    x | y << 1 | z << 2
+    let Vec3 { x, y, z } = ray.direction;
+    (x.to_bits() >> 31 | y.to_bits() >> 31 << 1 | z.to_bits() >> 31 << 2) as u8
 }
 
 /// The rays of a stream.
@@ -178,12 +178,11 @@ impl Rays {
         let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
         let size = [s.abs(dx), s.abs(dy), s.abs(dz)];
         let largest = s.max(s.max(size[0], size[1]), size[2]);
-        let corners = [self.bounds.min, self.bounds.max].map(|c| c.to_array());
         let mut extent = s.splat(0.0);
         for axis in 0..3 {
-            for corner in corners {
-                extent = s.max(s.abs(s.sub(s.splat(corner[axis]), origin[axis])), extent);
-            }
+            let (lower, upper) = (s.splat(self.bounds.min[axis]), s.splat(self.bounds.max[axis]));
+            extent = s.max(s.abs(s.sub(lower, origin[axis])), extent);
+            extent = s.max(s.abs(s.sub(upper, origin[axis])), extent);
         }
         let scene_pad = s.add(s.mul(extent, s.splat(OF_EXTENT)), s.splat(OF_UNDERFLOW));
         let smallest = s.mul(largest, s.splat(SMALLEST_SHARE));

@@ -275,7 +275,10 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [Array; LANES] {
-        let rows = rays.map(numbers);
+        let mut rows = [[0.0; LANES]; LANES];
+        for (row, ray) in rows.iter_mut().zip(rays) {
+            *row = numbers(ray);
+        }
         std::array::from_fn(|column| std::array::from_fn(|ray| rows[ray][column]))
     }
     #[inline(always)]

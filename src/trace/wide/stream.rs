@@ -1,7 +1,10 @@
 //! Up to 64 rays through the tree together: each node is visited once for all of them.
 
-use super::group::{groups, leaf_by_group as test_leaf_by_group, node_by_group};
+use super::group::{
+    groups, leaf_by_group as test_leaf_by_group, node_by_group, stopped_by_occluders,
+};
 use super::leaf::hits_leaf;
+use super::occluders::Occluders;
 use super::one_ray::OneRay;
 use super::rays::{Rays, STREAM};
 use super::simd::{LANES, Simd, Wide};
@@ -40,9 +43,9 @@ impl Stack {
     }
 }
 
-static TUNE: std::sync::LazyLock<[u32; 2]> = std::sync::LazyLock::new(|| {
+static TUNE: std::sync::LazyLock<[u32; 3]> = std::sync::LazyLock::new(|| {
     let get = |k: &str, d: u32| std::env::var(k).map_or(d, |v| v.parse().unwrap());
-    [get("BYG", 2), get("LBYG", 1)]
+    [get("BYG", 2), get("LBYG", 1), get("OCC", 1)]
 });
 fn by_group() -> u32 {
     TUNE[0]
@@ -59,10 +62,14 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
     tree: &Bvh8,
     rays: &Rays,
     stack: &mut Stack,
+    occluders: &mut Occluders,
     counter: &mut C,
 ) -> u64 {
     let Some(root) = tree.root else { return 0 };
     let mut alive = rays.valid;
+    if TUNE[2] > 0 {
+        alive &= !stopped_by_occluders(w, tree, rays, alive, occluders);
+    }
     stack.len = 0;
     stack.push(root, alive);
     while let Some(Pending { child, rays: here }) = stack.pop() {
@@ -79,7 +86,7 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
         }
         counter.node(here);
         if child.is_leaf() {
-            alive &= !leaf_hits(s, w, tree, child, rays, here, counter);
+            alive &= !leaf_hits(s, w, tree, child, rays, here, occluders, counter);
             continue;
         }
         let node = &tree.nodes[child.node_index()];
@@ -147,6 +154,7 @@ fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
     leaf: ChildRef,
     rays: &Rays,
     mut active: u64,
+    occluders: &mut Occluders,
     counter: &mut C,
 ) -> u64 {
     for _ in leaf.leaf_slots() {
@@ -154,7 +162,7 @@ fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
     }
     if active.count_ones() > groups::<W>(active) * leaf.leaf_slots().len() as u32 * leaf_by_group()
     {
-        return test_leaf_by_group(w, tree, leaf, rays, active);
+        return test_leaf_by_group(w, tree, leaf, rays, active, occluders);
     }
     let mut hits = 0;
     while active != 0 {
