@@ -36,11 +36,15 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             about: "how rays are taken through the tree",
             choices: || {
                 vec![
+                    Choice { name: "auto", about: "by what is known of the batch" },
                     Choice { name: "single", about: "one ray at a time" },
-                    Choice { name: "stream", about: "64 consecutive rays of a batch together" },
+                    Choice {
+                        name: "stream",
+                        about: "64 rays of a batch together, sorted by direction",
+                    },
                 ]
             },
-            default: "stream",
+            default: "auto",
         },
     ],
     unavailable: None,
@@ -95,7 +99,8 @@ impl Bvh8Backend {
         };
         let way = match spec.value("trace") {
             "single" => Way::Single,
-            _ => Way::Stream,
+            "stream" => Way::Stream,
+            _ => Way::Automatic,
         };
         Ok(Self { tree, instructions, way, stats })
     }

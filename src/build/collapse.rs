@@ -17,10 +17,7 @@ pub struct WideCosts {
 
 impl Default for WideCosts {
     fn default() -> Self {
-        {
-            let get = |k: &str, d: f32| std::env::var(k).map_or(d, |v| v.parse().unwrap());
-            Self { leaf: get("WLEAF", 0.7), triangle: get("WTRI", 0.15) }
-        }
+        Self { leaf: 1.2, triangle: 0.03 }
     }
 }
 

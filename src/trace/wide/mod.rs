@@ -19,7 +19,6 @@ mod stream;
 
 use super::NoCount;
 use super::packet::PacketCounter;
-use crate::geometry::Vec3;
 use crate::ray::{Hit, Ray, VisitCounts};
 use crate::tree::Bvh8;
 use occluders::Occluders;
@@ -61,9 +60,6 @@ impl Instructions {
             let avx512 = avx512::Avx512::detect();
             all.extend(avx512.map(|(avx2, avx512)| Self(Set::Avx512(avx2, avx512))));
         }
-        if std::env::var_os("SATO_AVX2").is_some() {
-            all.truncate(2);
-        }
         all
     }
 
@@ -85,7 +81,7 @@ pub struct Scratch {
     stack: Stack,
     /// Places of rays in the batch, in the order in which streams take them.
     places: Vec<u16>,
-    keys: Vec<u8>,
+    lists: [Vec<u16>; 8],
     occluders: Occluders,
 }
 
@@ -95,7 +91,7 @@ impl Default for Scratch {
             rays: Rays::EMPTY,
             stack: Stack::EMPTY,
             places: Vec::new(),
-            keys: Vec::new(),
+            lists: Default::default(),
             occluders: Occluders::EMPTY,
         }
     }
@@ -104,11 +100,16 @@ impl Default for Scratch {
 /// How rays are taken through the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
+    /// Together where there are enough of them.
+    Automatic,
     /// One after the other.
     Single,
     /// 64 together.
     Stream,
 }
+
+/// Fewer rays have little in common, and most groups would be near empty.
+const LEAST_TOGETHER: usize = 8;
 
 /// For each of `rays` whether anything is in its way. `occluded` holds zeroed words.
 pub fn any_hit(
@@ -132,23 +133,29 @@ pub fn any_hit_counted(
     scratch: &mut Scratch,
     counts: &mut [VisitCounts],
 ) {
-    let mut tally = Counts { of_all: counts, of_stream: [VisitCounts::default(); STREAM] };
+    let mut tally =
+        Counts { of_all: counts, first: 0, of_stream: [VisitCounts::default(); STREAM] };
     dispatch(instructions, way, tree, rays, occluded, scratch, &mut tally);
 }
 
 /// A counter of one stream after the other.
 trait Tally: PacketCounter {
+    /// Places of rays count from this one on.
+    fn begin(&mut self, first: usize);
     /// The stream is done, whose rays have these places in the batch.
     fn next_stream(&mut self, places: &[u16]);
 }
 
 impl Tally for NoCount {
     #[inline(always)]
+    fn begin(&mut self, _: usize) {}
+    #[inline(always)]
     fn next_stream(&mut self, _: &[u16]) {}
 }
 
 struct Counts<'a> {
     of_all: &'a mut [VisitCounts],
+    first: usize,
     of_stream: [VisitCounts; STREAM],
 }
 
@@ -162,15 +169,21 @@ impl PacketCounter for Counts<'_> {
 }
 
 impl Tally for Counts<'_> {
+    fn begin(&mut self, first: usize) {
+        self.first = first;
+    }
     fn next_stream(&mut self, places: &[u16]) {
         for (place, counts) in places.iter().zip(&mut self.of_stream) {
             if *place != NOBODY {
-                self.of_all[usize::from(*place)] += *counts;
+                self.of_all[self.first + usize::from(*place)] += *counts;
             }
             *counts = VisitCounts::default();
         }
     }
 }
+
+/// Rays of a batch that are sorted together: their places are 16-bit numbers.
+const MOST_SORTED: usize = 1 << 12;
 
 fn dispatch<T: Tally>(
     instructions: Instructions,
@@ -181,11 +194,22 @@ fn dispatch<T: Tally>(
     scratch: &mut Scratch,
     tally: &mut T,
 ) {
-    // Places are 16-bit numbers.
-    const MOST: usize = 1 << 14;
-    if rays.len() > MOST {
-        todo!();
+    let words = occluded.chunks_mut(MOST_SORTED / STREAM);
+    for (part, (rays, occluded)) in rays.chunks(MOST_SORTED).zip(words).enumerate() {
+        tally.begin(part * MOST_SORTED);
+        on(instructions, way, tree, rays, occluded, scratch, tally);
     }
+}
+
+fn on<T: Tally>(
+    instructions: Instructions,
+    way: Way,
+    tree: &Bvh8,
+    rays: &[Ray],
+    occluded: &mut [u64],
+    scratch: &mut Scratch,
+    tally: &mut T,
+) {
     match instructions.0 {
         Set::Portable => batch(Portable, Portable, way, tree, rays, occluded, scratch, tally),
         #[cfg(target_arch = "x86_64")]
@@ -212,14 +236,20 @@ fn batch<S: Simd, W: Wide, T: Tally>(
     scratch: &mut Scratch,
     tally: &mut T,
 ) {
-    let Scratch { rays: prepared, stack, places, keys, occluders } = scratch;
+    let one_by_one = match way {
+        Way::Automatic => rays.len() < LEAST_TOGETHER,
+        Way::Single => true,
+        Way::Stream => false,
+    };
+    let Scratch { rays: prepared, stack, places, lists, occluders } = scratch;
     let occluders = occluders.of_tree(tree.id);
-    places_by_octant::<W>(rays, places, keys);
+    places_by_octant::<S, W>(s, rays, places, lists);
     for places in places.chunks(STREAM) {
         prepared.fill(s, w, &tree.bounds, rays, places);
-        let mut hits = match way {
-            Way::Single => stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally),
-            Way::Stream => stream::any_hit(s, w, tree, prepared, stack, occluders, tally),
+        let mut hits = if one_by_one {
+            stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally)
+        } else {
+            stream::any_hit(s, w, tree, prepared, stack, occluders, tally)
         };
         tally.next_stream(places);
         while hits != 0 {
@@ -232,36 +262,40 @@ fn batch<S: Simd, W: Wide, T: Tally>(
 
 /// Lists the places of rays octant by octant, each from the start of a group on.
 #[inline(always)]
-fn places_by_octant<W: Wide>(rays: &[Ray], places: &mut Vec<u16>, keys: &mut Vec<u8>) {
-    let Some(first) = rays.first() else { return places.clear() };
-    let first = rays::octant(first);
-    let alike = rays.iter().fold(0, |all, ray| all | rays::octant(ray) ^ first) == 0;
-    places.clear();
-    if alike {
-        places.extend(0..rays.len() as u16);
-        return;
+fn places_by_octant<S: Simd, W: Wide>(
+    s: S,
+    rays: &[Ray],
+    places: &mut Vec<u16>,
+    lists: &mut [Vec<u16>; 8],
+) {
+    let most = rays.len();
+    let mut lens = [0; 8];
+    for list in lists.iter_mut() {
+        list.resize(list.len().max(most), 0);
     }
-    keys.resize(rays.len(), 0);
-    let mut next = [0u16; 64];
-    for (key, ray) in keys.iter_mut().zip(rays) {
-        let Vec3 { x, y, z } = ray.direction.abs();
-        let order = u8::from(x < y) | u8::from(y < z) << 1 | u8::from(z < x) << 2;
-        *key = rays::octant(ray) << 3 | order;
-        next[usize::from(*key)] += 1;
-    }
-    let mut end = 0;
-    for octant in next.as_chunks_mut::<8>().0 {
-        for first in octant {
-            let count = std::mem::replace(first, end);
-            end += count;
+    let mut octants = [0; STREAM];
+    for (chunk, rays) in rays.chunks(STREAM).enumerate() {
+        for (octant, ray) in octants.iter_mut().zip(rays) {
+            *octant = s.octant(ray);
         }
-        end = end.next_multiple_of(W::GROUP as u16);
+        let there = u64::MAX >> (STREAM - rays.len());
+        let [x, y, z, ..] = s.transpose(&octants);
+        for octant in 0..8 {
+            let picked =
+                |word: u64, axis: usize| if octant >> axis & 1 == 1 { word } else { !word };
+            let mut of_octant = picked(x, 0) & picked(y, 1) & picked(z, 2) & there;
+            let (list, len) = (&mut lists[octant], &mut lens[octant]);
+            while of_octant != 0 {
+                list[*len] = (chunk * STREAM) as u16 + of_octant.trailing_zeros() as u16;
+                *len += 1;
+                of_octant &= of_octant - 1;
+            }
+        }
     }
-    places.resize(end as usize, NOBODY);
-    for (place, key) in keys.iter().enumerate() {
-        let slot = &mut next[usize::from(*key)];
-        places[usize::from(*slot)] = place as u16;
-        *slot += 1;
+    places.clear();
+    for (list, len) in lists.iter().zip(lens) {
+        places.extend_from_slice(&list[..len]);
+        places.resize(places.len().next_multiple_of(W::GROUP), NOBODY);
     }
 }
 

@@ -64,13 +64,6 @@ impl Row {
     }
 }
 
-/// The signs of a ray's direction, one bit for each axis.
-#[inline(always)]
-pub(super) fn octant(ray: &Ray) -> u8 {
-    let Vec3 { x, y, z } = ray.direction;
-    (x.to_bits() >> 31 | y.to_bits() >> 31 << 1 | z.to_bits() >> 31 << 2) as u8
-}
-
 /// The rays of a stream.
 pub(super) struct Rays {
     pub(super) reciprocal: [Row; 3],
@@ -142,18 +135,20 @@ impl Rays {
         self.valid = 0;
         for (group, places) in places.chunks(LANES).enumerate() {
             let first = group * LANES;
+            // Lanes without a ray hold another one's, so that all numbers are usable.
+            let Some(&any) = places.iter().find(|place| **place != NOBODY) else { continue };
+            let mut rays = [&given[usize::from(any)]; LANES];
             let mut lanes = 0;
             for (lane, &place) in places.iter().enumerate() {
                 if place != NOBODY {
-                    self.rays[first + lane] = given[usize::from(place)];
+                    rays[lane] = &given[usize::from(place)];
                     lanes |= 1 << lane;
                 }
             }
-            if lanes == 0 {
-                continue;
+            for (kept, ray) in self.rays[first..first + LANES].iter_mut().zip(rays) {
+                *kept = *ray;
             }
-            let rays = *self.rays[first..].first_chunk().expect("a group of rays");
-            let (valid, odd) = self.fill_group(s, group, &rays);
+            let (valid, odd) = self.fill_group(s, group, rays);
             self.valid |= u64::from(valid & lanes) << first;
             let mut odd = odd & lanes;
             while odd != 0 {
@@ -165,7 +160,7 @@ impl Rays {
             let lanes = of_group::<W>(self.valid, group);
             if lanes != 0 {
                 let any = group * W::GROUP + lanes.trailing_zeros() as usize;
-                self.octants[group] = octant(&self.rays[any]);
+                self.octants[group] = s.octant(&self.rays[any]);
                 self.bounds_of_groups[group] = Bounds::new(w, self, group, lanes);
             }
         }
@@ -173,8 +168,8 @@ impl Rays {
 
     /// Returns which of the rays are valid, and which are to be done one by one.
     #[inline(always)]
-    fn fill_group<S: Simd>(&mut self, s: S, group: usize, rays: &[Ray; LANES]) -> (u32, u32) {
-        let [ox, oy, oz, t_min, dx, dy, dz, t_max] = s.rays(rays.each_ref());
+    fn fill_group<S: Simd>(&mut self, s: S, group: usize, rays: [&Ray; LANES]) -> (u32, u32) {
+        let [ox, oy, oz, t_min, dx, dy, dz, t_max] = s.rays(rays);
         let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
         let size = [s.abs(dx), s.abs(dy), s.abs(dz)];
         let largest = s.max(s.max(size[0], size[1]), size[2]);

@@ -47,6 +47,12 @@ pub(super) trait Simd: Copy {
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES];
+    /// The signs of a ray's direction, one bit for each axis.
+    #[inline(always)]
+    fn octant(self, ray: &Ray) -> u8 {
+        let d = ray.direction;
+        (d.x.to_bits() >> 31 | d.y.to_bits() >> 31 << 1 | d.z.to_bits() >> 31 << 2) as u8
+    }
     /// Folds the given lanes.
     #[inline(always)]
     fn fold(self, a: Self::Floats, lanes: u8, neutral: f32, f: impl Fn(f32, f32) -> f32) -> f32 {

@@ -1,8 +1,6 @@
 //! Up to 64 rays through the tree together: each node is visited once for all of them.
 
-use super::group::{
-    groups, leaf_by_group as test_leaf_by_group, node_by_group, stopped_by_occluders,
-};
+use super::group::{groups, leaf_by_group, node_by_group, stopped_by_occluders};
 use super::leaf::hits_leaf;
 use super::occluders::Occluders;
 use super::one_ray::OneRay;
@@ -43,16 +41,10 @@ impl Stack {
     }
 }
 
-static TUNE: std::sync::LazyLock<[u32; 3]> = std::sync::LazyLock::new(|| {
-    let get = |k: &str, d: u32| std::env::var(k).map_or(d, |v| v.parse().unwrap());
-    [get("BYG", 2), get("LBYG", 1), get("OCC", 1)]
-});
-fn by_group() -> u32 {
-    TUNE[0]
-}
-fn leaf_by_group() -> u32 {
-    TUNE[1]
-}
+/// Rays of a group that must be active for testing the group to be worth it: fewer are tested one by
+/// one against all children, or all triangles, at once.
+const ACTIVE_IN_NODE: u32 = 3;
+const ACTIVE_IN_LEAF: u32 = 1;
 
 /// The rays that something is in the way of.
 #[inline(always)]
@@ -67,9 +59,7 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
 ) -> u64 {
     let Some(root) = tree.root else { return 0 };
     let mut alive = rays.valid;
-    if TUNE[2] > 0 {
-        alive &= !stopped_by_occluders(w, tree, rays, alive, occluders);
-    }
+    alive &= !stopped_by_occluders(w, tree, rays, alive, occluders);
     stack.len = 0;
     stack.push(root, alive);
     while let Some(Pending { child, rays: here }) = stack.pop() {
@@ -90,7 +80,7 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
             continue;
         }
         let node = &tree.nodes[child.node_index()];
-        let (met, mut children) = if here.count_ones() > groups::<W>(here) * by_group() {
+        let (met, mut children) = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
             node_by_group(s, w, node, rays, here)
         } else {
             node_by_ray::<S, W>(s, node, rays, here)
@@ -98,7 +88,8 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
         children &= node.occupied();
         while children != 0 {
             let slot = children.ilog2();
-            stack.push(node.children[slot as usize], met[slot as usize]);
+            let child = node.children[slot as usize];
+            stack.push(child, met[slot as usize]);
             children &= !(1 << slot);
         }
     }
@@ -160,9 +151,9 @@ fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
     for _ in leaf.leaf_slots() {
         counter.triangle(active);
     }
-    if active.count_ones() > groups::<W>(active) * leaf.leaf_slots().len() as u32 * leaf_by_group()
-    {
-        return test_leaf_by_group(w, tree, leaf, rays, active, occluders);
+    let triangles = leaf.leaf_slots().len() as u32;
+    if active.count_ones() > groups::<W>(active) * triangles * ACTIVE_IN_LEAF {
+        return leaf_by_group(w, tree, leaf, rays, active, occluders);
     }
     let mut hits = 0;
     while active != 0 {

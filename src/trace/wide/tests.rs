@@ -4,10 +4,11 @@ use crate::geometry::{Aabb, TriangleMesh, Vec3};
 use crate::intersect::PreparedRay;
 use crate::ray::words_for;
 use crate::test_random::Random;
-use crate::trace::{NoCount, single};
+use crate::trace::single;
 use crate::tree::{Bvh2, ChildRef, Node8, Plan};
+use std::cell::RefCell;
 
-const WAYS: [Way; 2] = [Way::Single, Way::Stream];
+const WAYS: [Way; 3] = [Way::Automatic, Way::Single, Way::Stream];
 
 fn trees(mesh: &TriangleMesh, costs: WideCosts) -> (Bvh2, Bvh8) {
     let binary = (build::find("binned").unwrap().build)(mesh);
@@ -17,15 +18,13 @@ fn trees(mesh: &TriangleMesh, costs: WideCosts) -> (Bvh2, Bvh8) {
     (binary, wide)
 }
 
-fn sets() -> Vec<Instructions> {
-    let best = Instructions::detect();
-    println!("{}", best.name());
-    vec![Instructions::PORTABLE, best]
-}
-
+/// One scratch for all batches, as a thread has it: what it remembers must change no answer.
 fn answers(set: Instructions, way: Way, tree: &Bvh8, rays: &[Ray]) -> Vec<u64> {
+    thread_local! {
+        static SCRATCH: RefCell<Scratch> = RefCell::default();
+    }
     let mut occluded = vec![0; words_for(rays.len())];
-    any_hit(set, way, tree, rays, &mut occluded, &mut Scratch::default(), &mut |_| NoCount);
+    SCRATCH.with_borrow_mut(|scratch| any_hit(set, way, tree, rays, &mut occluded, scratch));
     occluded
 }
 
@@ -35,7 +34,7 @@ fn assert_as_binary(binary: &Bvh2, wide: &Bvh8, rays: &[Ray], closest: bool) -> 
         let hit = single::any_hit(binary, Plan::Slots, ray, &mut NoCount);
         expected[index / 64] |= u64::from(hit) << (index % 64);
     }
-    for set in sets() {
+    for set in Instructions::all() {
         for way in WAYS {
             let answers = answers(set, way, wide, rays);
             for (index, ray) in rays.iter().enumerate() {
@@ -169,8 +168,10 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
     for _ in 0..400 {
         let rays = rays(&mut random, &mesh, 5000);
         let expected = answers(Instructions::PORTABLE, Way::Stream, &wide, &rays);
-        for way in WAYS {
-            assert_eq!(answers(Instructions::detect(), way, &wide, &rays), expected, "{way:?}");
+        for set in Instructions::all() {
+            for way in [Way::Single, Way::Stream] {
+                assert_eq!(answers(set, way, &wide, &rays), expected, "{set:?} {way:?}");
+            }
         }
         hits += expected.iter().map(|word| word.count_ones()).sum::<u32>();
     }
@@ -191,7 +192,7 @@ fn boxes_that_a_ray_meets_are_met() {
             .into_iter()
             .map(|ray| Ray { origin: ray.origin * scale + Vec3::splat(offset), ..ray })
             .collect();
-        for set in sets() {
+        for set in Instructions::all() {
             let mut prepared = Rays::EMPTY;
             let boxes: Vec<_> = (0..8)
                 .map(|_| {
@@ -216,11 +217,13 @@ fn boxes_that_a_ray_meets_are_met() {
             let masks: Vec<u32> = match set.0 {
                 Set::Portable => masks(Portable, &mut prepared, &scene, &given, &node),
                 #[cfg(target_arch = "x86_64")]
-                Set::Avx2(avx2) => masks(avx2, &mut prepared, &scene, &given, &node),
+                Set::Avx2(avx2) | Set::Avx512(avx2, _) => {
+                    masks(avx2, &mut prepared, &scene, &given, &node)
+                }
             };
             for (index, ray) in given.iter().enumerate() {
                 let scalar = PreparedRay::new(ray, &scene);
-                assert_eq!(prepared.valid >> index & 1 != 0, scalar.is_some(), "{ray:?}");
+                assert_eq!(masks[index] & VALID != 0, scalar.is_some(), "{ray:?}");
                 let Some(scalar) = scalar else { continue };
                 for (slot, bounds) in boxes.iter().enumerate() {
                     let found = masks[index] >> slot & 1 != 0;
@@ -234,13 +237,36 @@ fn boxes_that_a_ray_meets_are_met() {
     assert!(met > 100_000 && missed > 500_000, "{met} met, {missed} missed");
 }
 
-fn masks<S: Simd>(s: S, prepared: &mut Rays, scene: &Aabb, rays: &[Ray], node: &Node8) -> Vec<u32> {
+/// The children that each ray meets, alone and as one of a group.
+fn masks<S: Simd + Wide>(
+    s: S,
+    prepared: &mut Rays,
+    scene: &Aabb,
+    rays: &[Ray],
+    node: &Node8,
+) -> Vec<u32> {
     s.run(|| {
-        prepared.fill(s, scene, rays);
-        let valid = |index: usize| prepared.valid >> index & 1 != 0;
-        let of = |index| {
-            if valid(index) { one_ray::OneRay::new(s, prepared, index).meets(s, node) } else { 0 }
-        };
-        (0..rays.len()).map(of).collect()
+        let mut masks = vec![0; rays.len()];
+        let (mut places, mut lists) = (Vec::new(), Default::default());
+        places_by_octant::<S, S>(s, rays, &mut places, &mut lists);
+        for places in places.chunks(STREAM) {
+            prepared.fill(s, s, scene, rays, places);
+            let active = prepared.valid;
+            let (by_group, _) = group::node_by_group(s, s, node, prepared, active);
+            for (index, &place) in places.iter().enumerate() {
+                if active >> index & 1 != 0 {
+                    let octant = prepared.octants[index / S::GROUP];
+                    let alone = one_ray::OneRay::new(s, prepared, index, octant).meets(s, node);
+                    let in_group = (0..8).fold(0, |all, slot: usize| {
+                        all | ((by_group[slot] >> index & 1) as u32) << slot
+                    });
+                    assert_eq!(alone, in_group, "{:?}", rays[usize::from(place)]);
+                    masks[usize::from(place)] = alone | VALID;
+                }
+            }
+        }
+        masks
     })
 }
+
+const VALID: u32 = 1 << 8;
