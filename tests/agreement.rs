@@ -242,7 +242,7 @@ fn closed_meshes_do_not_leak() {
         rays.push(Ray::new(origin, target - origin, f32::INFINITY));
     }
     let scene = scene_of(mesh);
-    for text in ["brute", "bvh2", "kd", "kd:splits=perfect"] {
+    for text in ["brute", "bvh2", "bvh8", "bvh8:trace=single", "kd", "kd:splits=perfect"] {
         let rays = if text == "brute" { &rays[..5000] } else { &rays[..] };
         let words = occluded(&*built(&text.parse().unwrap(), &scene), rays);
         let leaks = (0..rays.len()).filter(|&i| !bit(&words, i)).count();

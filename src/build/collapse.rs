@@ -200,3 +200,60 @@ impl Collapse<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{find, split_leaves};
+    use crate::test_random::Random;
+
+    #[test]
+    fn trees_of_every_small_size_are_valid() {
+        for count in 0..70 {
+            let mesh = Random::new(count as u64).mesh(count);
+            let binary = split_leaves(&(find("binned").unwrap().build)(&mesh));
+            binary.validate(&mesh).unwrap();
+            assert!(binary.triangles.is_empty() || binary.leaf_count() == count);
+            for triangle in [0.0, 0.1, 10.0] {
+                let costs = WideCosts { triangle, ..WideCosts::default() };
+                collapse(&binary, costs, &|_, _| 0.0).validate(&mesh).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn costs_decide_on_leaves_and_scores_on_the_order() {
+        let mesh = Random::new(9).mesh(5000);
+        let binary = split_leaves(&(find("binned").unwrap().build)(&mesh));
+        let area = |node: usize, side: usize| binary.nodes[node].bounds[side].half_area();
+        let of = |triangle| collapse(&binary, WideCosts { leaf: 1.0, triangle }, &area);
+        let (cheap, dear) = (of(0.0), of(1e3));
+        assert!(cheap.leaf_count() < 2000, "{} leaves", cheap.leaf_count());
+        // All but those without area, which cost nothing.
+        assert!(dear.leaf_count() > 4800, "{} leaves", dear.leaf_count());
+        for node in &cheap.nodes {
+            let areas: Vec<_> =
+                (0..node.len as usize).map(|s| node.bounds(s).half_area()).collect();
+            assert!(areas.is_sorted_by(|a, b| a >= b), "{areas:?}");
+        }
+        // Most slots are filled, so that there are few nodes.
+        assert!(dear.nodes.len() < 5000 / 5, "{} nodes", dear.nodes.len());
+    }
+
+    #[test]
+    fn the_validator_sees_what_is_wrong() {
+        let mesh = Random::new(10).mesh(300);
+        let binary = split_leaves(&(find("binned").unwrap().build)(&mesh));
+        let good = collapse(&binary, WideCosts::default(), &|_, _| 0.0);
+        let broken = |change: fn(&mut Bvh8)| {
+            let mut tree = good.clone();
+            change(&mut tree);
+            tree.validate(&mesh).unwrap_err()
+        };
+        assert!(broken(|t| t.nodes[0].planes[1][0][0] -= 1.0).contains("box"));
+        assert!(broken(|t| t.nodes[0].children.swap(0, 1)).contains("box"));
+        assert!(broken(|t| t.triangle_ids.swap(0, 299)).contains("corners"));
+        assert!(broken(|t| t.nodes[0].len -= 1).contains("children"));
+        assert!(broken(|t| t.leaves.truncate(100)).contains("numbers"));
+    }
+}

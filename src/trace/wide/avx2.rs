@@ -128,10 +128,6 @@ impl Simd for Avx2 {
         avx2!(_mm256_movemask_ps(mask)) as u32
     }
     #[inline(always)]
-    fn signs(self, a: __m256) -> u32 {
-        avx2!(_mm256_movemask_ps(a)) as u32
-    }
-    #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [__m256; LANES] {
         let mut rows = [self.splat(0.0); LANES];
         for (row, ray) in rows.iter_mut().zip(rays) {
@@ -166,12 +162,6 @@ impl Simd for Avx2 {
     fn octant(self, ray: &Ray) -> u8 {
         let [.., x, y, z, t_max] = numbers(ray);
         (avx2!(_mm_movemask_ps(_mm_setr_ps(x, y, z, t_max))) & 7) as u8
-    }
-    #[inline(always)]
-    fn prefetch<T>(self, place: &T) {
-        let place = std::ptr::from_ref(place).cast();
-        // SAFETY: a hint, which reads nothing.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
     }
 }
 

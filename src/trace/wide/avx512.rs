@@ -98,12 +98,4 @@ impl Wide for Avx512 {
     fn flip_sign(self, a: __m512, sign: __m512) -> __m512 {
         avx512!(_mm512_xor_ps(a, _mm512_and_ps(_mm512_set1_ps(-0.0), sign)))
     }
-    #[inline(always)]
-    fn least(self, a: __m512, lanes: u64) -> f32 {
-        avx512!(_mm512_mask_reduce_min_ps(lanes as u16, a))
-    }
-    #[inline(always)]
-    fn largest(self, a: __m512, lanes: u64) -> f32 {
-        avx512!(_mm512_mask_reduce_max_ps(lanes as u16, a))
-    }
 }

@@ -4,7 +4,8 @@
 use super::leaf::{HEIGHT_SLACK, UNDERFLOW};
 use super::occluders::Occluders;
 use super::rays::{Rays, STREAM};
-use super::simd::{LANES, Simd, Wide};
+use super::simd::{LANES, Wide};
+use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
 
 /// The bits of one group's rays, from the lowest on.
@@ -13,74 +14,9 @@ pub(super) fn of_group<W: Wide>(mask: u64, group: usize) -> u64 {
     mask >> (group * W::GROUP) & (u64::MAX >> (STREAM - W::GROUP))
 }
 
-/// Bounds of the numbers of a group's rays.
-///
-/// Rounded products and sums are monotone in each operand, so a product or sum of bounds bounds
-/// those of all rays, bit for bit: what is computed from them rejects a box only if each ray does.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
-    reciprocal: [[f32; 2]; 3],
-    /// The largest of those that are subtracted for entries.
-    near: [f32; 3],
-    /// The smallest for exits.
-    far: [f32; 3],
-    t_min: f32,
-    t_max: f32,
-    /// For each axis the side of the entry plane.
-    entry_side: [u8; 3],
-}
-
-impl Bounds {
-    pub(super) const NONE: Self = Self {
-        reciprocal: [[0.0; 2]; 3],
-        near: [0.0; 3],
-        far: [0.0; 3],
-        t_min: 0.0,
-        t_max: 0.0,
-        entry_side: [0; 3],
-    };
-
-    /// Of the given rays of a group, of which there is one at least.
-    #[inline(always)]
-    pub(super) fn new<W: Wide>(w: W, rays: &Rays, group: usize, lanes: u64) -> Self {
-        let octant = rays.octants[group];
-        let mut all =
-            Self { entry_side: [octant & 1, octant >> 1 & 1, octant >> 2 & 1], ..Self::NONE };
-        for axis in 0..3 {
-            let reciprocal = w.load(&rays.reciprocal[axis], group);
-            all.reciprocal[axis] = [w.least(reciprocal, lanes), w.largest(reciprocal, lanes)];
-            all.near[axis] = w.largest(w.load(&rays.near[axis], group), lanes);
-            all.far[axis] = w.least(w.load(&rays.far[axis], group), lanes);
-        }
-        all.t_min = w.least(w.load(&rays.t_min, group), lanes);
-        all.t_max = w.largest(w.load(&rays.t_max, group), lanes);
-        all
-    }
-
-    /// The children that a ray may meet, one bit each.
-    #[inline(always)]
-    fn may_meet<S: Simd>(&self, s: S, node: &Node8) -> u32 {
-        let (mut entry, mut exit) = (s.splat(self.t_min), s.splat(self.t_max));
-        for axis in 0..3 {
-            let side = usize::from(self.entry_side[axis] & 1);
-            let planes = &node.planes[axis];
-            let (near, far) = (s.load(&planes[side]), s.load(&planes[1 - side]));
-            let [low, high] = self.reciprocal[axis];
-            let (low, high) = (s.splat(low), s.splat(high));
-            let (near_by, far_by) = (s.splat(self.near[axis]), s.splat(self.far[axis]));
-            let enters = s.min(s.mul_sub(near, low, near_by), s.mul_sub(near, high, near_by));
-            let leaves = s.max(s.mul_sub(far, low, far_by), s.mul_sub(far, high, far_by));
-            entry = s.max(enters, entry);
-            exit = s.min(leaves, exit);
-        }
-        s.bits(s.less_equal(entry, exit)) & node.occupied()
-    }
-}
-
 /// For each child the active rays that meet it, and which children any meet.
 #[inline(always)]
-pub(super) fn node_by_group<S: Simd, W: Wide>(
-    s: S,
+pub(super) fn node_by_group<W: Wide>(
     w: W,
     node: &Node8,
     rays: &Rays,
@@ -93,22 +29,14 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
         if here == 0 {
             continue;
         }
-        let bounds = &rays.bounds_of_groups[group];
-        let mut children = bounds.may_meet(s, node);
-        if children == 0 {
-            continue;
-        }
-        let [side_x, side_y, side_z] = bounds.entry_side;
-        let (side_x, side_y, side_z) =
-            (usize::from(side_x & 1), usize::from(side_y & 1), usize::from(side_z & 1));
+        let octant = usize::from(rays.octants[group]);
+        let (side_x, side_y, side_z) = (octant & 1, octant >> 1 & 1, octant >> 2 & 1);
         let [rx, ry, rz] = load_3(w, &rays.reciprocal, group);
         let [nx, ny, nz] = load_3(w, &rays.near, group);
         let [fx, fy, fz] = load_3(w, &rays.far, group);
         let (t_min, t_max) = (w.load(&rays.t_min, group), w.load(&rays.t_max, group));
         let [planes_x, planes_y, planes_z] = &node.planes;
-        while children != 0 {
-            let slot = (children.trailing_zeros() & 7) as usize;
-            children &= children - 1;
+        for slot in 0..(node.len as usize).min(WIDTH) {
             let enters_x = w.mul_sub(w.splat(planes_x[side_x][slot]), rx, nx);
             let enters_y = w.mul_sub(w.splat(planes_y[side_y][slot]), ry, ny);
             let enters_z = w.mul_sub(w.splat(planes_z[side_z][slot]), rz, nz);
@@ -213,12 +141,13 @@ pub(super) fn stopped_by<W: Wide>(
 
 /// Those of the active rays that a known occluder stops.
 #[inline(always)]
-pub(super) fn stopped_by_occluders<W: Wide>(
+pub(super) fn stopped_by_occluders<W: Wide, C: PacketCounter>(
     w: W,
     tree: &Bvh8,
     rays: &Rays,
     active: u64,
     occluders: &mut Occluders,
+    counter: &mut C,
 ) -> u64 {
     let mut all = 0;
     for group in 0..STREAM / W::GROUP {
@@ -227,7 +156,10 @@ pub(super) fn stopped_by_occluders<W: Wide>(
             rays.octants[group],
             here,
             #[inline(always)]
-            |leaf, triangle, here| stopped_by(w, tree, leaf, triangle, rays, group, here),
+            |leaf, triangle, here| {
+                counter.triangle(here << (group * W::GROUP));
+                stopped_by(w, tree, leaf, triangle, rays, group, here)
+            },
         );
         all |= hits << (group * W::GROUP);
     }
@@ -273,9 +205,10 @@ fn judge<W: Wide>(
     let started = w.less(w.add(at_start, start_slack), w.sub(height, slack));
     let not_ended = unbounded | w.less(w.add(height, slack), w.sub(at_end, end_slack));
     let (mut entry, mut exit) = (start, end);
-    for axis in 0..3 {
-        let reciprocal = w.load(&rays.reciprocal[axis], group);
-        let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
+    let [a, b, c] = &corners;
+    for (axis, reciprocal) in rays.reciprocal.iter().enumerate() {
+        let reciprocal = w.load(reciprocal, group);
+        let (a, b, c) = (a[axis], b[axis], c[axis]);
         let one = w.mul(w.min(w.min(a, b), c), reciprocal);
         let other = w.mul(w.max(w.max(a, b), c), reciprocal);
         entry = w.max(w.min(one, other), entry);

@@ -197,65 +197,59 @@ fn dispatch<T: Tally>(
     let words = occluded.chunks_mut(MOST_SORTED / STREAM);
     for (part, (rays, occluded)) in rays.chunks(MOST_SORTED).zip(words).enumerate() {
         tally.begin(part * MOST_SORTED);
-        on(instructions, way, tree, rays, occluded, scratch, tally);
+        Batch { way, tree, rays, occluded }.trace_on(instructions, scratch, tally);
     }
 }
 
-fn on<T: Tally>(
-    instructions: Instructions,
+/// Rays to take through a tree.
+struct Batch<'a> {
     way: Way,
-    tree: &Bvh8,
-    rays: &[Ray],
-    occluded: &mut [u64],
-    scratch: &mut Scratch,
-    tally: &mut T,
-) {
-    match instructions.0 {
-        Set::Portable => batch(Portable, Portable, way, tree, rays, occluded, scratch, tally),
-        #[cfg(target_arch = "x86_64")]
-        Set::Avx2(avx2) => avx2.run(
-            #[inline(always)]
-            || batch(avx2, avx2, way, tree, rays, occluded, scratch, tally),
-        ),
-        #[cfg(target_arch = "x86_64")]
-        Set::Avx512(avx2, avx512) => avx512.run(
-            #[inline(always)]
-            || batch(avx2, avx512, way, tree, rays, occluded, scratch, tally),
-        ),
-    }
+    tree: &'a Bvh8,
+    rays: &'a [Ray],
+    occluded: &'a mut [u64],
 }
 
-#[inline(always)]
-fn batch<S: Simd, W: Wide, T: Tally>(
-    s: S,
-    w: W,
-    way: Way,
-    tree: &Bvh8,
-    rays: &[Ray],
-    occluded: &mut [u64],
-    scratch: &mut Scratch,
-    tally: &mut T,
-) {
-    let one_by_one = match way {
-        Way::Automatic => rays.len() < LEAST_TOGETHER,
-        Way::Single => true,
-        Way::Stream => false,
-    };
-    let Scratch { rays: prepared, stack, places, lists, occluders } = scratch;
-    let occluders = occluders.of_tree(tree.id);
-    places_by_octant::<S, W>(s, rays, places, lists);
-    for places in places.chunks(STREAM) {
-        prepared.fill(s, w, &tree.bounds, rays, places);
-        let mut hits = if one_by_one {
-            stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally)
-        } else {
-            stream::any_hit(s, w, tree, prepared, stack, occluders, tally)
+impl Batch<'_> {
+    fn trace_on<T: Tally>(self, instructions: Instructions, scratch: &mut Scratch, tally: &mut T) {
+        match instructions.0 {
+            Set::Portable => self.trace(Portable, Portable, scratch, tally),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2(avx2) => avx2.run(
+                #[inline(always)]
+                || self.trace(avx2, avx2, scratch, tally),
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(avx2, avx512) => avx512.run(
+                #[inline(always)]
+                || self.trace(avx2, avx512, scratch, tally),
+            ),
+        }
+    }
+
+    #[inline(always)]
+    fn trace<S: Simd, W: Wide, T: Tally>(self, s: S, w: W, scratch: &mut Scratch, tally: &mut T) {
+        let Self { way, tree, rays, occluded } = self;
+        let one_by_one = match way {
+            Way::Automatic => rays.len() < LEAST_TOGETHER,
+            Way::Single => true,
+            Way::Stream => false,
         };
-        tally.next_stream(places);
-        while hits != 0 {
-            let place = usize::from(places[hits.trailing_zeros() as usize]);
-            occluded[place / 64] |= 1 << (place % 64);
-            hits &= hits - 1;
+        let Scratch { rays: prepared, stack, places, lists, occluders } = scratch;
+        let occluders = occluders.of_tree(tree.id);
+        places_by_octant::<S, W>(s, rays, places, lists);
+        for places in places.chunks(STREAM) {
+            prepared.fill(s, w, &tree.bounds, rays, places);
+            let mut hits = if one_by_one {
+                stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally)
+            } else {
+                stream::any_hit(s, w, tree, prepared, stack, occluders, tally)
+            };
+            tally.next_stream(places);
+            while hits != 0 {
+                let place = usize::from(places[hits.trailing_zeros() as usize]);
+                occluded[place / 64] |= 1 << (place % 64);
+                hits &= hits - 1;
+            }
         }
     }
 }

@@ -18,7 +18,7 @@
 //! space, is in a constant. Exits and descending rays are mirror images. Nothing overflows, as rays
 //! for which something might are left unbounded on that axis.
 
-use super::group::{Bounds, of_group};
+use super::group::of_group;
 use super::simd::{LANES, Simd, Wide};
 use crate::geometry::{Aabb, Triangle, Vec3};
 use crate::intersect::PreparedRay;
@@ -90,7 +90,6 @@ pub(super) struct Rays {
     pub(super) octants: [u8; STREAM / LANES],
     /// What the differences of corners and origin are multiplied by for the two sheared coordinates.
     pub(super) across: [[Row; 3]; 2],
-    pub(super) bounds_of_groups: [Bounds; STREAM / LANES],
     /// The rays as given.
     rays: [Ray; STREAM],
     bounds: Aabb,
@@ -114,7 +113,6 @@ impl Rays {
         axis: Row::ZERO,
         octants: [0; STREAM / LANES],
         across: [[Row::ZERO; 3]; 2],
-        bounds_of_groups: [Bounds::NONE; STREAM / LANES],
         rays: [Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 }; STREAM],
         bounds: Aabb::EMPTY,
         valid: 0,
@@ -126,27 +124,35 @@ impl Rays {
     pub(super) fn fill<S: Simd, W: Wide>(
         &mut self,
         s: S,
-        w: W,
+        _: W,
         bounds: &Aabb,
         given: &[Ray],
         places: &[u16],
     ) {
         self.bounds = *bounds;
         self.valid = 0;
-        for (group, places) in places.chunks(LANES).enumerate() {
+        for (group, places) in places.as_chunks::<LANES>().0.iter().enumerate() {
             let first = group * LANES;
-            // Lanes without a ray hold another one's, so that all numbers are usable.
-            let Some(&any) = places.iter().find(|place| **place != NOBODY) else { continue };
-            let mut rays = [&given[usize::from(any)]; LANES];
-            let mut lanes = 0;
-            for (lane, &place) in places.iter().enumerate() {
-                if place != NOBODY {
-                    rays[lane] = &given[usize::from(place)];
-                    lanes |= 1 << lane;
+            if places[0] == NOBODY {
+                continue;
+            }
+            let mut rays = [&given[usize::from(places[0])]; LANES];
+            let mut lanes = 0xff;
+            if places[LANES - 1] == NOBODY {
+                // Lanes without a ray hold another one's, so that all numbers are usable.
+                let count = places.iter().take_while(|place| **place != NOBODY).count();
+                lanes = (1 << count) - 1;
+                for (ray, &place) in rays.iter_mut().zip(&places[..count]) {
+                    *ray = &given[usize::from(place)];
+                }
+            } else {
+                for (ray, &place) in rays.iter_mut().zip(places) {
+                    *ray = &given[usize::from(place)];
                 }
             }
-            for (kept, ray) in self.rays[first..first + LANES].iter_mut().zip(rays) {
-                *kept = *ray;
+            let kept = &mut self.rays.as_chunks_mut::<LANES>().0[group];
+            for lane in 0..LANES {
+                kept[lane] = *rays[lane];
             }
             let (valid, odd) = self.fill_group(s, group, rays);
             self.valid |= u64::from(valid & lanes) << first;
@@ -161,7 +167,6 @@ impl Rays {
             if lanes != 0 {
                 let any = group * W::GROUP + lanes.trailing_zeros() as usize;
                 self.octants[group] = s.octant(&self.rays[any]);
-                self.bounds_of_groups[group] = Bounds::new(w, self, group, lanes);
             }
         }
     }
@@ -174,10 +179,10 @@ impl Rays {
         let size = [s.abs(dx), s.abs(dy), s.abs(dz)];
         let largest = s.max(s.max(size[0], size[1]), size[2]);
         let mut extent = s.splat(0.0);
-        for axis in 0..3 {
+        for (axis, origin) in origin.iter().enumerate() {
             let (lower, upper) = (s.splat(self.bounds.min[axis]), s.splat(self.bounds.max[axis]));
-            extent = s.max(s.abs(s.sub(lower, origin[axis])), extent);
-            extent = s.max(s.abs(s.sub(upper, origin[axis])), extent);
+            extent = s.max(s.abs(s.sub(lower, *origin)), extent);
+            extent = s.max(s.abs(s.sub(upper, *origin)), extent);
         }
         let scene_pad = s.add(s.mul(extent, s.splat(OF_EXTENT)), s.splat(OF_UNDERFLOW));
         let smallest = s.mul(largest, s.splat(SMALLEST_SHARE));

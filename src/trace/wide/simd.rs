@@ -41,8 +41,6 @@ pub(super) trait Simd: Copy {
     fn select(self, mask: Self::Mask, yes: Self::Floats, no: Self::Floats) -> Self::Floats;
     /// One bit for each lane, from the lowest on.
     fn bits(self, mask: Self::Mask) -> u32;
-    /// The sign bits.
-    fn signs(self, a: Self::Floats) -> u32;
     /// The numbers of eight rays: origins, starts of intervals, directions, ends of intervals.
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
@@ -53,20 +51,6 @@ pub(super) trait Simd: Copy {
         let d = ray.direction;
         (d.x.to_bits() >> 31 | d.y.to_bits() >> 31 << 1 | d.z.to_bits() >> 31 << 2) as u8
     }
-    /// Folds the given lanes.
-    #[inline(always)]
-    fn fold(self, a: Self::Floats, lanes: u8, neutral: f32, f: impl Fn(f32, f32) -> f32) -> f32 {
-        let mut array = [0.0; LANES];
-        self.store(&mut array, a);
-        let mut pick = [neutral; LANES];
-        for lane in 0..LANES {
-            pick[lane] = if lanes >> lane & 1 != 0 { array[lane] } else { neutral };
-        }
-        let [a, b, c, d, e, g, h, i] = pick;
-        f(f(f(a, b), f(c, d)), f(f(e, g), f(h, i)))
-    }
-    /// Has what lies at the address brought near, if the processor can.
-    fn prefetch<T>(self, place: &T);
 }
 
 /// Operations on the numbers of a group of rays: as many as a register holds.
@@ -93,10 +77,6 @@ pub(super) trait Wide: Copy {
     fn abs(self, a: Self::Floats) -> Self::Floats;
     /// `a`, negated where `sign` has the sign bit.
     fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats;
-    /// The least of the numbers in the given lanes, of which there is one at least.
-    fn least(self, a: Self::Floats, lanes: u64) -> f32;
-    /// The largest likewise.
-    fn largest(self, a: Self::Floats, lanes: u64) -> f32;
 }
 
 /// Groups of eight for those whose registers hold eight numbers.
@@ -153,20 +133,6 @@ macro_rules! groups_of_eight {
             #[inline(always)]
             fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats {
                 Simd::flip_sign(self, a, sign)
-            }
-            #[inline(always)]
-            fn least(self, a: Self::Floats, lanes: u64) -> f32 {
-                Simd::fold(self, a, lanes as u8, f32::INFINITY, |a, b| if a < b { a } else { b })
-            }
-            #[inline(always)]
-            fn largest(self, a: Self::Floats, lanes: u64) -> f32 {
-                Simd::fold(
-                    self,
-                    a,
-                    lanes as u8,
-                    f32::NEG_INFINITY,
-                    |a, b| if a > b { a } else { b },
-                )
             }
         }
     };
@@ -276,10 +242,6 @@ impl Simd for Portable {
         mask
     }
     #[inline(always)]
-    fn signs(self, a: Array) -> u32 {
-        (0..LANES).fold(0, |bits, i| bits | a[i].to_bits() >> 31 << i)
-    }
-    #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [Array; LANES] {
         let mut rows = [[0.0; LANES]; LANES];
         for (row, ray) in rows.iter_mut().zip(rays) {
@@ -298,8 +260,6 @@ impl Simd for Portable {
         }
         words
     }
-    #[inline(always)]
-    fn prefetch<T>(self, _place: &T) {}
 }
 
 /// A ray's numbers as they lie in memory.

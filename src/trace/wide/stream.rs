@@ -59,7 +59,7 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
 ) -> u64 {
     let Some(root) = tree.root else { return 0 };
     let mut alive = rays.valid;
-    alive &= !stopped_by_occluders(w, tree, rays, alive, occluders);
+    alive &= !stopped_by_occluders(w, tree, rays, alive, occluders, counter);
     stack.len = 0;
     stack.push(root, alive);
     while let Some(Pending { child, rays: here }) = stack.pop() {
@@ -76,12 +76,15 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
         }
         counter.node(here);
         if child.is_leaf() {
-            alive &= !leaf_hits(s, w, tree, child, rays, here, occluders, counter);
+            for _ in child.leaf_slots() {
+                counter.triangle(here);
+            }
+            alive &= !leaf_hits(s, w, tree, child, rays, here, occluders);
             continue;
         }
         let node = &tree.nodes[child.node_index()];
         let (met, mut children) = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
-            node_by_group(s, w, node, rays, here)
+            node_by_group(w, node, rays, here)
         } else {
             node_by_ray::<S, W>(s, node, rays, here)
         };
@@ -137,8 +140,9 @@ fn node_by_ray<S: Simd, W: Wide>(
     (s.transpose(&met), any)
 }
 
+/// Those of the active rays that a triangle of a leaf stops.
 #[inline(always)]
-fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
+fn leaf_hits<S: Simd, W: Wide>(
     s: S,
     w: W,
     tree: &Bvh8,
@@ -146,11 +150,7 @@ fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
     rays: &Rays,
     mut active: u64,
     occluders: &mut Occluders,
-    counter: &mut C,
 ) -> u64 {
-    for _ in leaf.leaf_slots() {
-        counter.triangle(active);
-    }
     let triangles = leaf.leaf_slots().len() as u32;
     if active.count_ones() > groups::<W>(active) * triangles * ACTIVE_IN_LEAF {
         return leaf_by_group(w, tree, leaf, rays, active, occluders);

@@ -252,7 +252,7 @@ fn masks<S: Simd + Wide>(
         for places in places.chunks(STREAM) {
             prepared.fill(s, s, scene, rays, places);
             let active = prepared.valid;
-            let (by_group, _) = group::node_by_group(s, s, node, prepared, active);
+            let (by_group, _) = group::node_by_group(s, node, prepared, active);
             for (index, &place) in places.iter().enumerate() {
                 if active >> index & 1 != 0 {
                     let octant = prepared.octants[index / S::GROUP];
