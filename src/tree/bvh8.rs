@@ -116,6 +116,14 @@ impl Bvh8 {
             + size_of_val(self.triangle_ids.as_slice())) as u64
     }
 
+    /// Whether it is larger than the caches that a core has for itself, so that fetching what will be
+    /// visited ahead of time pays.
+    #[inline]
+    pub fn is_large(&self) -> bool {
+        const CACHE_BYTES: usize = 8 << 20;
+        self.nodes.len() > CACHE_BYTES / size_of::<Node8>()
+    }
+
     /// Number of leaves.
     pub fn leaf_count(&self) -> usize {
         let children: usize = self.nodes.iter().map(|node| node.len as usize).sum();

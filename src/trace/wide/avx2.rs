@@ -159,6 +159,12 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
+    fn prefetch<T>(self, place: &T) {
+        let place = std::ptr::from_ref(place).cast();
+        // SAFETY: a hint, which reads nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
+    }
+    #[inline(always)]
     fn octant(self, ray: &Ray) -> u8 {
         let [.., x, y, z, t_max] = numbers(ray);
         (avx2!(_mm_movemask_ps(_mm_setr_ps(x, y, z, t_max))) & 7) as u8

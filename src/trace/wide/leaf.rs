@@ -60,14 +60,11 @@ pub(super) struct Line {
 impl Line {
     #[inline(always)]
     fn of(rays: &Rays, index: usize) -> Self {
-        let kz = rays.axis.0[index].to_bits() as usize;
-        let axes = [(kz + 1) % 3, (kz + 2) % 3, kz];
-        let [x, y, z] = axes;
-        let [ox, oy, oz] = &rays.origin;
-        let origin = [ox.0[index], oy.0[index], oz.0[index]];
+        const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+        let [x, y, z] = &rays.turned_origin;
         Self {
-            axes,
-            origin: [origin[x], origin[y], origin[z]],
+            axes: AXES[rays.axis.0[index].to_bits() as usize & 3],
+            origin: [x.0[index], y.0[index], z.0[index]],
             factors: [rays.shear[0].0[index], rays.shear[1].0[index]],
         }
     }

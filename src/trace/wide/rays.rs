@@ -84,6 +84,8 @@ pub(super) struct Rays {
     pub(super) slope_slack: Row,
     /// As in the watertight triangle test.
     pub(super) shear: [Row; 2],
+    /// The origin, in the order of the sheared axes.
+    pub(super) turned_origin: [Row; 3],
     /// Index of the direction's largest component, as bits.
     pub(super) axis: Row,
     /// For each group the signs of the directions, one bit for each axis.
@@ -110,6 +112,7 @@ impl Rays {
         end: Row::ZERO,
         slope_slack: Row::ZERO,
         shear: [Row::ZERO; 2],
+        turned_origin: [Row::ZERO; 3],
         axis: Row::ZERO,
         octants: [0; STREAM / LANES],
         across: [[Row::ZERO; 3]; 2],
@@ -242,6 +245,12 @@ impl Rays {
             }
         }
 
+        let first = s.select(x_largest, oy, s.select(y_largest, oz, ox));
+        let second = s.select(x_largest, oz, s.select(y_largest, ox, oy));
+        let last = s.select(x_largest, ox, s.select(y_largest, oy, oz));
+        s.store(self.turned_origin[0].group_mut(group), first);
+        s.store(self.turned_origin[1].group_mut(group), second);
+        s.store(self.turned_origin[2].group_mut(group), last);
         let index = |axis: u32| s.splat(f32::from_bits(axis));
         let axis = s.select(x_largest, index(0), s.select(y_largest, index(1), index(2)));
         s.store(self.axis.group_mut(group), axis);
@@ -275,6 +284,9 @@ impl Rays {
         self.direction.iter_mut().for_each(|row| row.0[index] = f32::NAN);
         let shear = prepared.shear();
         self.axis.0[index] = f32::from_bits(shear.axes[2] as u32);
+        for (row, axis) in self.turned_origin.iter_mut().zip(shear.axes) {
+            row.0[index] = shear.origin[axis];
+        }
         for (row, factor) in self.shear.iter_mut().zip(shear.factors) {
             row.0[index] = factor;
         }

@@ -45,6 +45,9 @@ pub(super) trait Simd: Copy {
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES];
+    /// Has what lies at the address brought near, if the processor can.
+    #[inline(always)]
+    fn prefetch<T>(self, _place: &T) {}
     /// The signs of a ray's direction, one bit for each axis.
     #[inline(always)]
     fn octant(self, ray: &Ray) -> u8 {

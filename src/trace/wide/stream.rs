@@ -7,7 +7,7 @@ use super::one_ray::OneRay;
 use super::rays::{Rays, STREAM};
 use super::simd::{LANES, Simd, Wide};
 use crate::trace::packet::PacketCounter;
-use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
+use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_DEPTH, Node8, WIDTH};
 
 /// A subtree to visit, with the rays that meet its box.
 #[derive(Clone, Copy)]
@@ -45,6 +45,21 @@ impl Stack {
 /// one against all children, or all triangles, at once.
 const ACTIVE_IN_NODE: u32 = 3;
 const ACTIVE_IN_LEAF: u32 = 1;
+
+/// Has a child brought near that is visited later.
+#[inline(always)]
+fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
+    if child.is_leaf() {
+        let block = &tree.leaves[child.leaf_slots().start * LEAF_ROWS..];
+        // The shortest block ends in the first line or the next one.
+        s.prefetch(&block[0]);
+        s.prefetch(&block[LEAF_ROWS - 1]);
+    } else {
+        let node = &tree.nodes[child.node_index()];
+        node.planes.iter().for_each(|planes| s.prefetch(planes));
+        s.prefetch(&node.children);
+    }
+}
 
 /// The rays that something is in the way of.
 #[inline(always)]
@@ -92,6 +107,9 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
         while children != 0 {
             let slot = children.ilog2();
             let child = node.children[slot as usize];
+            if tree.is_large() {
+                prefetch(s, tree, child);
+            }
             stack.push(child, met[slot as usize]);
             children &= !(1 << slot);
         }
@@ -196,7 +214,11 @@ fn one_ray<S: Simd, W: Wide, C: PacketCounter>(
                 met &= met - 1;
                 while met != 0 {
                     let slot = met.ilog2();
-                    stack.push(node.children[slot as usize], 0);
+                    let child = node.children[slot as usize];
+                    if tree.is_large() {
+                        prefetch(s, tree, child);
+                    }
+                    stack.push(child, 0);
                     met &= !(1 << slot);
                 }
                 current = node.children[first as usize];
