@@ -262,7 +262,16 @@ fn closed_meshes_do_not_leak() {
         rays.push(Ray::new(origin, target - origin, f32::INFINITY));
     }
     let scene = scene_of(mesh);
-    for text in ["brute", "bvh2", "bvh2:builder=spatial", "kd", "kd:splits=boxes"] {
+    let specs = [
+        "brute",
+        "bvh2",
+        "bvh2:builder=spatial",
+        "bvh8",
+        "bvh8:trace=single",
+        "kd",
+        "kd:splits=boxes",
+    ];
+    for text in specs {
         let rays = if text == "brute" { &rays[..5000] } else { &rays[..] };
         let words = occluded(&*built(&text.parse().unwrap(), &scene), rays);
         let leaks = (0..rays.len()).filter(|&i| !bit(&words, i)).count();

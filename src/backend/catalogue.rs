@@ -25,5 +25,10 @@ pub struct BackendEntry {
 pub type Check = fn(&BackendSpec) -> std::result::Result<(), String>;
 
 /// All backends, in the order in which they are listed.
-pub static BACKENDS: &[&BackendEntry] =
-    &[&super::brute::ENTRY, &super::bvh2::ENTRY, &super::kd::ENTRY, &super::embree::ENTRY];
+pub static BACKENDS: &[&BackendEntry] = &[
+    &super::brute::ENTRY,
+    &super::bvh2::ENTRY,
+    &super::bvh8::ENTRY,
+    &super::kd::ENTRY,
+    &super::embree::ENTRY,
+];

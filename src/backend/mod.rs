@@ -2,6 +2,7 @@
 
 mod brute;
 mod bvh2;
+mod bvh8;
 pub mod catalogue;
 mod embree;
 mod kd;

@@ -2,11 +2,16 @@
 
 mod binned;
 mod clip;
+mod collapse;
 pub mod kd_sah;
 mod object_split;
 mod spatial;
+mod split_leaves;
 mod sweep;
 mod top_down;
+
+pub use collapse::{WideCosts, collapse};
+pub use split_leaves::split_leaves;
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;

@@ -27,6 +27,9 @@ hierarchies under any traversal order, or with Intel Embree, and measures both o
 Scenes are TOML scene files, OBJ files (plain or .zst), or the names of generators. `sato list` \
 prints the backends with their keys, and the generators.
 
+SATO_PORTABLE=1 in the environment keeps the vector kernels to what every processor has; answers \
+are the same.
+
 Exit status: 0; 1 error; 2 usage; 3 when a check that was asked for fails.";
 
 #[derive(Subcommand)]

@@ -16,9 +16,11 @@ mod prim_num;
 mod prim_sato;
 mod random;
 mod rtsah;
+mod score;
 mod trained;
 
 pub use rtsah::line_probability::lines_through_both;
+pub use score::{SCORED, ScoredOrder, Scores, find_scored};
 
 use crate::geometry::TriangleMesh;
 use crate::ray_set::RaySet;

@@ -15,10 +15,14 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
 /// Generators", 2014): a toss that depends on the node, not on the threads.
 fn coin(seed: u64, index: u64) -> bool {
+    hash(seed, index) & 1 == 1
+}
+
+pub(super) fn hash(seed: u64, index: u64) -> u64 {
     let z = seed ^ index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (z ^ (z >> 31)) & 1 == 1
+    z ^ (z >> 31)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 pub mod kd;
 pub mod packet;
 pub mod single;
+pub mod wide;
 
 use crate::ray::VisitCounts;
 use crate::tree::ChildRef;

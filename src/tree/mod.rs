@@ -2,11 +2,14 @@
 
 mod bits;
 mod bvh2;
+mod bvh8;
 mod kd;
 mod notes;
 
 pub use bits::NodeBits;
 pub use bvh2::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
+pub(crate) use bvh8::LEAF_ROWS;
+pub use bvh8::{Bvh8, MAX_WIDE_DEPTH, MAX_WIDE_LEAF, Node8, WIDTH, unit_normal};
 pub use kd::{KD_INTERSECTION_COST, KD_MAX_DEPTH, KD_MAX_NODES, KD_TRAVERSAL_COST, KdNode, KdTree};
 pub use notes::SplitNotes;
 

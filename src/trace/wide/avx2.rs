@@ -1,0 +1,189 @@
+//! The vector operations of x86-64 processors with AVX2 and FMA.
+#![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
+
+use super::simd::{LANES, Simd, numbers};
+use crate::ray::Ray;
+use std::arch::x86_64::*;
+
+/// Shows that the processor has the instructions: made by [`detect`](Self::detect) alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Avx2(());
+
+impl Avx2 {
+    /// `None` where the processor lacks one of them.
+    pub(super) fn detect() -> Option<Self> {
+        let all = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        all.then_some(Self(()))
+    }
+}
+
+/// # Safety
+/// The processor has these features.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn enabled<R>(work: impl FnOnce() -> R) -> R {
+    work()
+}
+
+/// Calls an intrinsic of AVX2 or FMA without memory operands.
+macro_rules! avx2 {
+    ($($call:tt)*) => {
+        // SAFETY: `self` shows that the processor has the instruction, which touches registers only.
+        unsafe { $($call)* }
+    };
+}
+
+impl Simd for Avx2 {
+    type Floats = __m256;
+    type Mask = __m256;
+
+    #[inline(always)]
+    fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        // SAFETY: `self` shows that the processor has the features.
+        unsafe { enabled(work) }
+    }
+    #[inline(always)]
+    fn splat(self, value: f32) -> __m256 {
+        avx2!(_mm256_set1_ps(value))
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32; LANES]) -> __m256 {
+        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be read.
+        unsafe { _mm256_loadu_ps(from.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32; LANES], value: __m256) {
+        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be written.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), value) }
+    }
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_add_ps(a, b))
+    }
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_sub_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_mul_ps(a, b))
+    }
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_div_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        avx2!(_mm256_fmsub_ps(a, b, c))
+    }
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_min_ps(a, b))
+    }
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_max_ps(a, b))
+    }
+    #[inline(always)]
+    fn abs(self, a: __m256) -> __m256 {
+        avx2!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a))
+    }
+    #[inline(always)]
+    fn copysign(self, magnitude: __m256, sign: __m256) -> __m256 {
+        avx2!(_mm256_or_ps(
+            _mm256_andnot_ps(_mm256_set1_ps(-0.0), magnitude),
+            _mm256_and_ps(_mm256_set1_ps(-0.0), sign)
+        ))
+    }
+    #[inline(always)]
+    fn flip_sign(self, a: __m256, sign: __m256) -> __m256 {
+        avx2!(_mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), sign)))
+    }
+    #[inline(always)]
+    fn less(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn less_equal(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn both(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_and_ps(a, b))
+    }
+    #[inline(always)]
+    fn either(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_or_ps(a, b))
+    }
+    #[inline(always)]
+    fn select(self, mask: __m256, yes: __m256, no: __m256) -> __m256 {
+        avx2!(_mm256_blendv_ps(no, yes, mask))
+    }
+    #[inline(always)]
+    fn bits(self, mask: __m256) -> u32 {
+        avx2!(_mm256_movemask_ps(mask)) as u32
+    }
+    #[inline(always)]
+    fn rays(self, rays: [&Ray; LANES]) -> [__m256; LANES] {
+        let mut rows = [self.splat(0.0); LANES];
+        for (row, ray) in rows.iter_mut().zip(rays) {
+            *row = self.load(&numbers(ray));
+        }
+        let [a, b, c, d, e, f, g, h] = rows;
+        let (left, right) =
+            (self.transpose_halves([a, b, c, d]), self.transpose_halves([e, f, g, h]));
+        for column in 0..4 {
+            let (left, right) = (left[column], right[column]);
+            rows[column] = avx2!(_mm256_permute2f128_ps::<0x20>(left, right));
+            rows[column + 4] = avx2!(_mm256_permute2f128_ps::<0x31>(left, right));
+        }
+        rows
+    }
+    #[inline(always)]
+    fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES] {
+        let (first, second) = (bytes.as_ptr().cast(), bytes[32..].as_ptr().cast());
+        // SAFETY: as in `avx2!`; the two halves of the array may be read.
+        unsafe {
+            let (mut low, mut high) = (_mm256_loadu_si256(first), _mm256_loadu_si256(second));
+            let mut words = [0; LANES];
+            for word in words.iter_mut().rev() {
+                let (first, second) = (_mm256_movemask_epi8(low), _mm256_movemask_epi8(high));
+                *word = u64::from(first as u32) | u64::from(second as u32) << 32;
+                (low, high) = (_mm256_add_epi8(low, low), _mm256_add_epi8(high, high));
+            }
+            words
+        }
+    }
+    #[inline(always)]
+    fn prefetch<T>(self, place: &T) {
+        let place = std::ptr::from_ref(place).cast();
+        // SAFETY: a hint, which reads nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
+    }
+    #[inline(always)]
+    fn octant(self, ray: &Ray) -> u8 {
+        let [.., x, y, z, t_max] = numbers(ray);
+        (avx2!(_mm_movemask_ps(_mm_setr_ps(x, y, z, t_max))) & 7) as u8
+    }
+}
+
+impl Avx2 {
+    /// Transposes the lower four and the upper four columns of four rows, each on their own.
+    #[inline(always)]
+    fn transpose_halves(self, [a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+        avx2! {
+            let (ab, ab_upper) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd, cd_upper) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab_upper, cd_upper),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab_upper, cd_upper),
+            ]
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The operations on groups of sixteen rays of x86-64 processors with AVX-512.
+#![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
+
+use super::avx2::Avx2;
+use super::rays::Row;
+use super::simd::Wide;
+use std::arch::x86_64::*;
+
+/// Shows that the processor has AVX-512F, BW, DQ and VL, besides all of [`Avx2`]'s instructions:
+/// made by [`detect`](Self::detect) alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Avx512(());
+
+impl Avx512 {
+    /// `None` where the processor lacks one of them.
+    pub(super) fn detect() -> Option<(Avx2, Self)> {
+        let all = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl");
+        Avx2::detect().filter(|_| all).map(|avx2| (avx2, Self(())))
+    }
+
+    /// Does `work` with these instructions enabled; what is inlined into it is compiled for them.
+    #[inline(always)]
+    pub(super) fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        // SAFETY: `self` shows that the processor has the features.
+        unsafe { enabled(work) }
+    }
+}
+
+/// # Safety
+/// The processor has these features.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
+unsafe fn enabled<R>(work: impl FnOnce() -> R) -> R {
+    work()
+}
+
+/// Calls an intrinsic of AVX-512 without memory operands.
+macro_rules! avx512 {
+    ($($call:tt)*) => {
+        // SAFETY: `self` shows that the processor has the instruction, which touches registers only.
+        unsafe { $($call)* }
+    };
+}
+
+impl Wide for Avx512 {
+    const GROUP: usize = 16;
+    type Floats = __m512;
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> __m512 {
+        avx512!(_mm512_set1_ps(value))
+    }
+    #[inline(always)]
+    fn load(self, row: &Row, group: usize) -> __m512 {
+        let numbers: &[f32; Self::GROUP] = &row.0.as_chunks().0[group];
+        // SAFETY: as in `avx512!`; the sixteen numbers behind the reference may be read.
+        unsafe { _mm512_loadu_ps(numbers.as_ptr()) }
+    }
+    #[inline(always)]
+    fn add(self, a: __m512, b: __m512) -> __m512 {
+        avx512!(_mm512_add_ps(a, b))
+    }
+    #[inline(always)]
+    fn sub(self, a: __m512, b: __m512) -> __m512 {
+        avx512!(_mm512_sub_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul(self, a: __m512, b: __m512) -> __m512 {
+        avx512!(_mm512_mul_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: __m512, b: __m512, c: __m512) -> __m512 {
+        avx512!(_mm512_fmsub_ps(a, b, c))
+    }
+    #[inline(always)]
+    fn min(self, a: __m512, b: __m512) -> __m512 {
+        avx512!(_mm512_min_ps(a, b))
+    }
+    #[inline(always)]
+    fn max(self, a: __m512, b: __m512) -> __m512 {
+        avx512!(_mm512_max_ps(a, b))
+    }
+    #[inline(always)]
+    fn less_equal(self, a: __m512, b: __m512) -> u64 {
+        u64::from(avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)))
+    }
+    #[inline(always)]
+    fn less(self, a: __m512, b: __m512) -> u64 {
+        u64::from(avx512!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)))
+    }
+    #[inline(always)]
+    fn abs(self, a: __m512) -> __m512 {
+        avx512!(_mm512_abs_ps(a))
+    }
+    #[inline(always)]
+    fn flip_sign(self, a: __m512, sign: __m512) -> __m512 {
+        avx512!(_mm512_xor_ps(a, _mm512_and_ps(_mm512_set1_ps(-0.0), sign)))
+    }
+}

@@ -1,0 +1,121 @@
+//! The closest hit of one ray, front to back.
+
+use super::leaf::{Line, passed_through};
+use super::simd::{LANES, Simd};
+use crate::intersect::PreparedRay;
+use crate::ray::{Hit, Ray};
+use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
+
+/// A subtree, and where the ray enters its box.
+type Entered = (ChildRef, f32);
+
+/// As [`PreparedRay::enter_before`], for eight boxes: the same operations, the same bits.
+struct Slabs<S: Simd> {
+    near_origin: [S::Floats; 3],
+    far_origin: [S::Floats; 3],
+    reciprocal: [S::Floats; 3],
+    entry_side: [usize; 3],
+    t_min: S::Floats,
+    t_max: S::Floats,
+}
+
+impl<S: Simd> Slabs<S> {
+    #[inline(always)]
+    fn new(s: S, ray: &PreparedRay) -> Self {
+        let slabs = ray.slabs();
+        let mut all = Self {
+            near_origin: [s.splat(0.0); 3],
+            far_origin: [s.splat(0.0); 3],
+            reciprocal: [s.splat(0.0); 3],
+            entry_side: slabs.descending.map(usize::from),
+            t_min: s.splat(slabs.t_min),
+            t_max: s.splat(slabs.t_max),
+        };
+        for axis in 0..3 {
+            all.near_origin[axis] = s.splat(slabs.near_origin[axis]);
+            all.far_origin[axis] = s.splat(slabs.far_origin[axis]);
+            all.reciprocal[axis] = s.splat(slabs.reciprocal[axis]);
+        }
+        all
+    }
+
+    /// The children that the ray meets before `limit`, one bit each, and where it enters them.
+    #[inline(always)]
+    fn meets(&self, s: S, node: &Node8, limit: f32) -> (u32, [f32; LANES]) {
+        let (mut entry, mut exit) = (self.t_min, s.min(s.splat(limit), self.t_max));
+        for axis in 0..3 {
+            let side = self.entry_side[axis] & 1;
+            let planes = &node.planes[axis];
+            let near = s.sub(s.load(&planes[side]), self.near_origin[axis]);
+            let far = s.sub(s.load(&planes[1 - side]), self.far_origin[axis]);
+            entry = s.max(s.mul(near, self.reciprocal[axis]), entry);
+            exit = s.min(s.mul(far, self.reciprocal[axis]), exit);
+        }
+        let mut entries = [0.0; LANES];
+        s.store(&mut entries, entry);
+        (s.bits(s.less_equal(entry, exit)) & node.occupied(), entries)
+    }
+}
+
+/// The closest hit; ties go to the lower triangle index.
+#[inline(always)]
+pub(super) fn closest_hit<S: Simd>(s: S, tree: &Bvh8, ray: &Ray) -> Option<Hit> {
+    let root = tree.root?;
+    let prepared = PreparedRay::new(ray, &tree.bounds)?;
+    let slabs = Slabs::new(s, &prepared);
+    let line = prepared.shear();
+    let line = Line {
+        axes: line.axes,
+        origin: line.axes.map(|axis| line.origin[axis]),
+        factors: line.factors,
+    };
+    let mut stack = [(ChildRef::UNUSED, 0.0f32); MAX_WIDE_DEPTH * (WIDTH - 1) + 1];
+    stack[0] = (root, prepared.enter(&tree.bounds)?);
+    let mut pending = 1;
+    let mut best: Option<(f32, u32)> = None;
+    while pending > 0 {
+        pending -= 1;
+        let (child, entered) = stack[pending];
+        let limit = best.map_or(f32::INFINITY, |best| best.0);
+        // Not `>=`: a triangle at the same distance may have the lower index.
+        if entered > limit {
+            continue;
+        }
+        if child.is_leaf() {
+            let first = child.leaf_slots().start;
+            let (mut candidates, _) = passed_through(s, tree, child, &line);
+            while candidates != 0 {
+                let index = candidates.trailing_zeros() as usize;
+                candidates &= candidates - 1;
+                if let Some(t) = prepared.triangle(&tree.triangle(child, index)) {
+                    let candidate = (t, tree.triangle_ids[first + index]);
+                    if best.is_none_or(|best| candidate < best) {
+                        best = Some(candidate);
+                    }
+                }
+            }
+            continue;
+        }
+        let node = &tree.nodes[child.node_index()];
+        let (mut met, entries) = slabs.meets(s, node, limit);
+        let above = pending;
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize;
+            met &= met - 1;
+            insert(&mut stack, above, pending, (node.children[slot], entries[slot]));
+            pending += 1;
+        }
+    }
+    best.map(|(t, triangle)| prepared.hit(t, triangle))
+}
+
+/// Puts an element into `stack[from..to]`, which is sorted so that the nearest comes last.
+#[inline(always)]
+fn insert(stack: &mut [Entered], from: usize, to: usize, element: Entered) {
+    let mut place = to;
+    while place > from && stack[place - 1].1 < element.1 {
+        stack[place] = stack[place - 1];
+        place -= 1;
+    }
+    stack[place] = element;
+}

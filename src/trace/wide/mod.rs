@@ -1,0 +1,314 @@
+//! Kernels for eight-wide trees.
+//!
+//! Answers are those of brute force, ray for ray: the tests here only turn away what the scalar
+//! tests of [`PreparedRay`](crate::intersect::PreparedRay) turn away too, and what is left is given
+//! to these. So neither width nor instruction set nor order shows in an answer.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod closest;
+mod group;
+mod leaf;
+mod occluders;
+mod one_ray;
+mod rays;
+mod simd;
+mod stream;
+
+use super::NoCount;
+use super::packet::PacketCounter;
+use crate::ray::{Hit, Ray, VisitCounts};
+use crate::tree::Bvh8;
+use occluders::Occluders;
+use rays::{NOBODY, Rays, STREAM};
+use simd::{Portable, Simd, Wide};
+use stream::Stack;
+
+/// The instructions that kernels run on: asked for once, not for each ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Instructions(Set);
+
+#[derive(Clone, Copy, Debug)]
+enum Set {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(avx2::Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(avx2::Avx2, avx512::Avx512),
+}
+
+impl Instructions {
+    /// Those that every processor has.
+    pub const PORTABLE: Self = Self(Set::Portable);
+
+    /// The best that this processor has, unless the environment says `SATO_PORTABLE=1`.
+    pub fn detect() -> Self {
+        if std::env::var_os("SATO_PORTABLE").is_some_and(|value| value == "1") {
+            return Self::PORTABLE;
+        }
+        Self::all().pop().unwrap_or(Self::PORTABLE)
+    }
+
+    /// All that this processor has, the best last.
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Self::PORTABLE];
+        #[cfg(target_arch = "x86_64")]
+        {
+            all.extend(avx2::Avx2::detect().map(|avx2| Self(Set::Avx2(avx2))));
+            let avx512 = avx512::Avx512::detect();
+            all.extend(avx512.map(|(avx2, avx512)| Self(Set::Avx512(avx2, avx512))));
+        }
+        all
+    }
+
+    /// As printed beside timings.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Set::Portable => "portable kernels",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2(_) => "AVX2 kernels",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(..) => "AVX-512 kernels",
+        }
+    }
+}
+
+/// Memory of a kernel at work, for any number of batches.
+pub struct Scratch {
+    rays: Rays,
+    stack: Stack,
+    /// Places of rays in the batch, in the order in which streams take them.
+    places: Vec<u16>,
+    lists: [Vec<u16>; 8],
+    occluders: Occluders,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self {
+            rays: Rays::EMPTY,
+            stack: Stack::EMPTY,
+            places: Vec::new(),
+            lists: Default::default(),
+            occluders: Occluders::EMPTY,
+        }
+    }
+}
+
+/// How rays are taken through the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Together where there are enough of them.
+    Automatic,
+    /// One after the other.
+    Single,
+    /// 64 together.
+    Stream,
+}
+
+/// Fewer rays have little in common, and most groups would be near empty.
+const LEAST_TOGETHER: usize = 8;
+
+/// For each of `rays` whether anything is in its way. `occluded` holds zeroed words.
+pub fn any_hit(
+    instructions: Instructions,
+    way: Way,
+    tree: &Bvh8,
+    rays: &[Ray],
+    occluded: &mut [u64],
+    scratch: &mut Scratch,
+) {
+    dispatch(instructions, way, tree, rays, occluded, scratch, &mut NoCount);
+}
+
+/// As [`any_hit`], and adds what each ray visits to its element of `counts`.
+pub fn any_hit_counted(
+    instructions: Instructions,
+    way: Way,
+    tree: &Bvh8,
+    rays: &[Ray],
+    occluded: &mut [u64],
+    scratch: &mut Scratch,
+    counts: &mut [VisitCounts],
+) {
+    let mut tally =
+        Counts { of_all: counts, first: 0, of_stream: [VisitCounts::default(); STREAM] };
+    dispatch(instructions, way, tree, rays, occluded, scratch, &mut tally);
+}
+
+/// A counter of one stream after the other.
+trait Tally: PacketCounter {
+    /// Places of rays count from this one on.
+    fn begin(&mut self, first: usize);
+    /// The stream is done, whose rays have these places in the batch.
+    fn next_stream(&mut self, places: &[u16]);
+}
+
+impl Tally for NoCount {
+    #[inline(always)]
+    fn begin(&mut self, _: usize) {}
+    #[inline(always)]
+    fn next_stream(&mut self, _: &[u16]) {}
+}
+
+struct Counts<'a> {
+    of_all: &'a mut [VisitCounts],
+    first: usize,
+    of_stream: [VisitCounts; STREAM],
+}
+
+impl PacketCounter for Counts<'_> {
+    fn node(&mut self, active: u64) {
+        PacketCounter::node(&mut self.of_stream.as_mut_slice(), active);
+    }
+    fn triangle(&mut self, tested: u64) {
+        PacketCounter::triangle(&mut self.of_stream.as_mut_slice(), tested);
+    }
+}
+
+impl Tally for Counts<'_> {
+    fn begin(&mut self, first: usize) {
+        self.first = first;
+    }
+    fn next_stream(&mut self, places: &[u16]) {
+        for (place, counts) in places.iter().zip(&mut self.of_stream) {
+            if *place != NOBODY {
+                self.of_all[self.first + usize::from(*place)] += *counts;
+            }
+            *counts = VisitCounts::default();
+        }
+    }
+}
+
+/// Rays of a batch that are sorted together: their places are 16-bit numbers.
+const MOST_SORTED: usize = 1 << 12;
+
+fn dispatch<T: Tally>(
+    instructions: Instructions,
+    way: Way,
+    tree: &Bvh8,
+    rays: &[Ray],
+    occluded: &mut [u64],
+    scratch: &mut Scratch,
+    tally: &mut T,
+) {
+    let words = occluded.chunks_mut(MOST_SORTED / STREAM);
+    for (part, (rays, occluded)) in rays.chunks(MOST_SORTED).zip(words).enumerate() {
+        tally.begin(part * MOST_SORTED);
+        Batch { way, tree, rays, occluded }.trace_on(instructions, scratch, tally);
+    }
+}
+
+/// Rays to take through a tree.
+struct Batch<'a> {
+    way: Way,
+    tree: &'a Bvh8,
+    rays: &'a [Ray],
+    occluded: &'a mut [u64],
+}
+
+impl Batch<'_> {
+    fn trace_on<T: Tally>(self, instructions: Instructions, scratch: &mut Scratch, tally: &mut T) {
+        match instructions.0 {
+            Set::Portable => self.trace(Portable, Portable, scratch, tally),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2(avx2) => avx2.run(
+                #[inline(always)]
+                || self.trace(avx2, avx2, scratch, tally),
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(avx2, avx512) => avx512.run(
+                #[inline(always)]
+                || self.trace(avx2, avx512, scratch, tally),
+            ),
+        }
+    }
+
+    #[inline(always)]
+    fn trace<S: Simd, W: Wide, T: Tally>(self, s: S, w: W, scratch: &mut Scratch, tally: &mut T) {
+        let Self { way, tree, rays, occluded } = self;
+        let one_by_one = match way {
+            Way::Automatic => rays.len() < LEAST_TOGETHER,
+            Way::Single => true,
+            Way::Stream => false,
+        };
+        let Scratch { rays: prepared, stack, places, lists, occluders } = scratch;
+        let occluders = occluders.of_tree(tree.id);
+        places_by_octant::<S, W>(s, rays, places, lists);
+        for places in places.chunks(STREAM) {
+            prepared.fill(s, w, &tree.bounds, rays, places);
+            let mut hits = if one_by_one {
+                stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally)
+            } else {
+                stream::any_hit(s, w, tree, prepared, stack, occluders, tally)
+            };
+            tally.next_stream(places);
+            while hits != 0 {
+                let place = usize::from(places[hits.trailing_zeros() as usize]);
+                occluded[place / 64] |= 1 << (place % 64);
+                hits &= hits - 1;
+            }
+        }
+    }
+}
+
+/// Lists the places of rays octant by octant, each from the start of a group on.
+#[inline(always)]
+fn places_by_octant<S: Simd, W: Wide>(
+    s: S,
+    rays: &[Ray],
+    places: &mut Vec<u16>,
+    lists: &mut [Vec<u16>; 8],
+) {
+    let most = rays.len();
+    let mut lens = [0; 8];
+    for list in lists.iter_mut() {
+        list.resize(list.len().max(most), 0);
+    }
+    let mut octants = [0; STREAM];
+    for (chunk, rays) in rays.chunks(STREAM).enumerate() {
+        for (octant, ray) in octants.iter_mut().zip(rays) {
+            *octant = s.octant(ray);
+        }
+        let there = u64::MAX >> (STREAM - rays.len());
+        let [x, y, z, ..] = s.transpose(&octants);
+        for octant in 0..8 {
+            let picked =
+                |word: u64, axis: usize| if octant >> axis & 1 == 1 { word } else { !word };
+            let mut of_octant = picked(x, 0) & picked(y, 1) & picked(z, 2) & there;
+            let (list, len) = (&mut lists[octant], &mut lens[octant]);
+            while of_octant != 0 {
+                list[*len] = (chunk * STREAM) as u16 + of_octant.trailing_zeros() as u16;
+                *len += 1;
+                of_octant &= of_octant - 1;
+            }
+        }
+    }
+    places.clear();
+    for (list, len) in lists.iter().zip(lens) {
+        places.extend_from_slice(&list[..len]);
+        places.resize(places.len().next_multiple_of(W::GROUP), NOBODY);
+    }
+}
+
+/// The closest hit of `ray`; ties go to the lower triangle index.
+pub fn closest_hit(instructions: Instructions, tree: &Bvh8, ray: &Ray) -> Option<Hit> {
+    match instructions.0 {
+        Set::Portable => closest::closest_hit(Portable, tree, ray),
+        #[cfg(target_arch = "x86_64")]
+        Set::Avx2(avx2) => avx2.run(
+            #[inline(always)]
+            || closest::closest_hit(avx2, tree, ray),
+        ),
+        #[cfg(target_arch = "x86_64")]
+        Set::Avx512(avx2, _) => avx2.run(
+            #[inline(always)]
+            || closest::closest_hit(avx2, tree, ray),
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests;

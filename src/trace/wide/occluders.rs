@@ -1,0 +1,95 @@
+//! Triangles that have lately stopped many rays, tried before the tree.
+//!
+//! Neighbouring tiles see the same large occluders. A triangle is tested against a group of rays at
+//! once, at a fraction of what one of them costs in the tree, so it pays to try a few first as long
+//! as they keep stopping some: each has a score, the share of rays that it stopped lately, and goes
+//! when that falls. Occluders are kept for each octant of directions. What is tried first changes no
+//! answer.
+
+use crate::tree::ChildRef;
+
+/// Occluders that are tried for each octant.
+const TRIED: usize = 4;
+
+/// Testing a triangle costs a hundredth of what its rays cost in the tree.
+const LEAST_SCORE: f32 = 0.02;
+
+/// Rays of one group that a triangle must stop at once to be remembered.
+const LEAST_HITS: u32 = 2;
+
+/// A triangle, by its place in the tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Occluder {
+    pub(super) leaf: ChildRef,
+    pub(super) triangle: usize,
+    /// Share of the rays tested lately that it stopped; negative for an empty place.
+    score: f32,
+}
+
+/// Those of one tree.
+pub(super) struct Occluders {
+    of_octants: [[Occluder; TRIED]; 8],
+    /// Of which tree: see [`Bvh8::id`](crate::tree::Bvh8).
+    tree: u64,
+}
+
+impl Occluders {
+    const NONE: Occluder = Occluder { leaf: ChildRef::UNUSED, triangle: 0, score: -1.0 };
+    pub(super) const EMPTY: Self = Self { of_octants: [[Self::NONE; TRIED]; 8], tree: 0 };
+
+    /// Forgets those of another tree.
+    pub(super) fn of_tree(&mut self, tree: u64) -> &mut Self {
+        if self.tree != tree {
+            *self = Self { tree, ..Self::EMPTY };
+        }
+        self
+    }
+
+    /// Tries all on some rays, a bit each, and returns those that are stopped. `stops` tells which
+    /// rays a triangle stops.
+    #[inline(always)]
+    pub(super) fn stopped(
+        &mut self,
+        octant: u8,
+        rays: u64,
+        mut stops: impl FnMut(ChildRef, usize, u64) -> u64,
+    ) -> u64 {
+        let mut left = rays;
+        for occluder in &mut self.of_octants[usize::from(octant & 7)] {
+            if occluder.score < 0.0 || left == 0 {
+                continue;
+            }
+            let hits = stops(occluder.leaf, occluder.triangle, left);
+            let share = hits.count_ones() as f32 / left.count_ones() as f32;
+            occluder.score += (share - occluder.score) * 0.125;
+            if occluder.score < LEAST_SCORE {
+                *occluder = Self::NONE;
+            }
+            left &= !hits;
+        }
+        rays & !left
+    }
+
+    /// A triangle stopped `hits` of a group of rays, which the occluders had let pass.
+    #[inline(always)]
+    pub(super) fn note(&mut self, octant: u8, leaf: ChildRef, triangle: usize, hits: u64) {
+        let hits = hits.count_ones();
+        if hits >= LEAST_HITS {
+            self.remember(octant, Occluder { leaf, triangle, score: hits as f32 / 32.0 });
+        }
+    }
+
+    #[inline(never)]
+    fn remember(&mut self, octant: u8, new: Occluder) {
+        let known = &mut self.of_octants[usize::from(octant & 7)];
+        let same =
+            |o: &Occluder| (o.leaf, o.triangle) == (new.leaf, new.triangle) && o.score >= 0.0;
+        if known.iter().any(same) {
+            return;
+        }
+        let least = known.iter_mut().min_by(|a, b| a.score.total_cmp(&b.score));
+        if let Some(least) = least.filter(|least| least.score < new.score) {
+            *least = new;
+        }
+    }
+}

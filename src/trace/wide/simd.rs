@@ -1,0 +1,285 @@
+//! The vector operations that the kernels are written in, and their portable twin.
+//!
+//! Kernels are generic over [`Simd`], so that each exists once. Operations are those of IEEE 754,
+//! the same bits from every implementation, but for [`mul_sub`](Simd::mul_sub), which may round
+//! once or twice: what is computed with it allows for either.
+
+use super::rays::Row;
+use crate::ray::Ray;
+
+/// Numbers that are computed at once.
+pub(super) const LANES: usize = 8;
+
+/// Operations on eight numbers.
+pub(super) trait Simd: Copy {
+    type Floats: Copy;
+    type Mask: Copy;
+
+    /// Does `work` with this instruction set enabled; what is inlined into it is compiled for it.
+    fn run<R>(self, work: impl FnOnce() -> R) -> R;
+    fn splat(self, value: f32) -> Self::Floats;
+    fn load(self, from: &[f32; LANES]) -> Self::Floats;
+    fn store(self, to: &mut [f32; LANES], value: Self::Floats);
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `a * b - c`, rounded once or twice.
+    fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+    /// `a < b ? a : b`: `b` if either is NaN.
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `a > b ? a : b`: `b` if either is NaN.
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn abs(self, a: Self::Floats) -> Self::Floats;
+    fn copysign(self, magnitude: Self::Floats, sign: Self::Floats) -> Self::Floats;
+    /// `a`, negated where `sign` has the sign bit.
+    fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats;
+    fn less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
+    fn less_equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
+    fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn select(self, mask: Self::Mask, yes: Self::Floats, no: Self::Floats) -> Self::Floats;
+    /// One bit for each lane, from the lowest on.
+    fn bits(self, mask: Self::Mask) -> u32;
+    /// The numbers of eight rays: origins, starts of intervals, directions, ends of intervals.
+    fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
+    /// Bit `i` of byte `r` becomes bit `r` of word `i`.
+    fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES];
+    /// Has what lies at the address brought near, if the processor can.
+    #[inline(always)]
+    fn prefetch<T>(self, _place: &T) {}
+    /// The signs of a ray's direction, one bit for each axis.
+    #[inline(always)]
+    fn octant(self, ray: &Ray) -> u8 {
+        let d = ray.direction;
+        (d.x.to_bits() >> 31 | d.y.to_bits() >> 31 << 1 | d.z.to_bits() >> 31 << 2) as u8
+    }
+}
+
+/// Operations on the numbers of a group of rays: as many as a register holds.
+pub(super) trait Wide: Copy {
+    /// Rays of a group: divides 64.
+    const GROUP: usize;
+    type Floats: Copy;
+
+    fn splat(self, value: f32) -> Self::Floats;
+    /// The numbers of one group.
+    fn load(self, row: &Row, group: usize) -> Self::Floats;
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `a * b - c`, rounded as [`Simd::mul_sub`] rounds.
+    fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+    /// `b` if either is NaN.
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `b` if either is NaN.
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// One bit for each lane, from the lowest on.
+    fn less_equal(self, a: Self::Floats, b: Self::Floats) -> u64;
+    fn less(self, a: Self::Floats, b: Self::Floats) -> u64;
+    fn abs(self, a: Self::Floats) -> Self::Floats;
+    /// `a`, negated where `sign` has the sign bit.
+    fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats;
+}
+
+/// Groups of eight for those whose registers hold eight numbers.
+macro_rules! groups_of_eight {
+    ($set:ty) => {
+        impl Wide for $set {
+            const GROUP: usize = LANES;
+            type Floats = <Self as Simd>::Floats;
+
+            #[inline(always)]
+            fn splat(self, value: f32) -> Self::Floats {
+                Simd::splat(self, value)
+            }
+            #[inline(always)]
+            fn load(self, row: &Row, group: usize) -> Self::Floats {
+                Simd::load(self, row.group(group))
+            }
+            #[inline(always)]
+            fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::add(self, a, b)
+            }
+            #[inline(always)]
+            fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::sub(self, a, b)
+            }
+            #[inline(always)]
+            fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::mul(self, a, b)
+            }
+            #[inline(always)]
+            fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
+                Simd::mul_sub(self, a, b, c)
+            }
+            #[inline(always)]
+            fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::min(self, a, b)
+            }
+            #[inline(always)]
+            fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+                Simd::max(self, a, b)
+            }
+            #[inline(always)]
+            fn less_equal(self, a: Self::Floats, b: Self::Floats) -> u64 {
+                u64::from(Simd::bits(self, Simd::less_equal(self, a, b)))
+            }
+            #[inline(always)]
+            fn less(self, a: Self::Floats, b: Self::Floats) -> u64 {
+                u64::from(Simd::bits(self, Simd::less(self, a, b)))
+            }
+            #[inline(always)]
+            fn abs(self, a: Self::Floats) -> Self::Floats {
+                Simd::abs(self, a)
+            }
+            #[inline(always)]
+            fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats {
+                Simd::flip_sign(self, a, sign)
+            }
+        }
+    };
+}
+#[cfg(target_arch = "x86_64")]
+groups_of_eight!(super::avx2::Avx2);
+groups_of_eight!(Portable);
+
+/// Plain arrays, for every processor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Portable;
+
+type Array = [f32; LANES];
+
+#[inline(always)]
+fn zip(a: Array, b: Array, f: impl Fn(f32, f32) -> f32) -> Array {
+    std::array::from_fn(|i| f(a[i], b[i]))
+}
+
+#[inline(always)]
+fn compare(a: Array, b: Array, f: impl Fn(f32, f32) -> bool) -> u32 {
+    (0..LANES).fold(0, |bits, i| bits | u32::from(f(a[i], b[i])) << i)
+}
+
+impl Simd for Portable {
+    type Floats = Array;
+    type Mask = u32;
+
+    #[inline(always)]
+    fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        work()
+    }
+    #[inline(always)]
+    fn splat(self, value: f32) -> Array {
+        [value; LANES]
+    }
+    #[inline(always)]
+    fn load(self, from: &Array) -> Array {
+        *from
+    }
+    #[inline(always)]
+    fn store(self, to: &mut Array, value: Array) {
+        *to = value;
+    }
+    #[inline(always)]
+    fn add(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: Array, b: Array, c: Array) -> Array {
+        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
+    }
+    #[inline(always)]
+    fn min(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn abs(self, a: Array) -> Array {
+        a.map(f32::abs)
+    }
+    #[inline(always)]
+    fn copysign(self, magnitude: Array, sign: Array) -> Array {
+        zip(magnitude, sign, f32::copysign)
+    }
+    #[inline(always)]
+    fn flip_sign(self, a: Array, sign: Array) -> Array {
+        zip(a, sign, |a, sign| f32::from_bits(a.to_bits() ^ (sign.to_bits() & 1 << 31)))
+    }
+    #[inline(always)]
+    fn less(self, a: Array, b: Array) -> u32 {
+        compare(a, b, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn less_equal(self, a: Array, b: Array) -> u32 {
+        compare(a, b, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn both(self, a: u32, b: u32) -> u32 {
+        a & b
+    }
+    #[inline(always)]
+    fn either(self, a: u32, b: u32) -> u32 {
+        a | b
+    }
+    #[inline(always)]
+    fn select(self, mask: u32, yes: Array, no: Array) -> Array {
+        std::array::from_fn(|i| if mask >> i & 1 != 0 { yes[i] } else { no[i] })
+    }
+    #[inline(always)]
+    fn bits(self, mask: u32) -> u32 {
+        mask
+    }
+    #[inline(always)]
+    fn rays(self, rays: [&Ray; LANES]) -> [Array; LANES] {
+        let mut rows = [[0.0; LANES]; LANES];
+        for (row, ray) in rows.iter_mut().zip(rays) {
+            *row = numbers(ray);
+        }
+        std::array::from_fn(|column| std::array::from_fn(|ray| rows[ray][column]))
+    }
+    #[inline(always)]
+    fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES] {
+        let mut words = [0; LANES];
+        for (group, bytes) in bytes.as_chunks::<8>().0.iter().enumerate() {
+            let turned = transpose_8x8(u64::from_le_bytes(*bytes));
+            for (word, byte) in words.iter_mut().zip(turned.to_le_bytes()) {
+                *word |= u64::from(byte) << (8 * group);
+            }
+        }
+        words
+    }
+}
+
+/// A ray's numbers as they lie in memory.
+#[inline(always)]
+pub(super) fn numbers(ray: &Ray) -> Array {
+    let Ray { origin: o, t_min, direction: d, t_max } = *ray;
+    [o.x, o.y, o.z, t_min, d.x, d.y, d.z, t_max]
+}
+
+/// Bit `i` of byte `j` becomes bit `j` of byte `i` (Warren, "Hacker's Delight", 2002).
+#[inline(always)]
+fn transpose_8x8(mut x: u64) -> u64 {
+    for (shift, mask) in
+        [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)]
+    {
+        let t = (x ^ (x >> shift)) & mask;
+        x ^= t ^ (t << shift);
+    }
+    x
+}

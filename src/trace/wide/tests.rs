@@ -1,0 +1,272 @@
+use super::*;
+use crate::build::{self, WideCosts};
+use crate::geometry::{Aabb, TriangleMesh, Vec3};
+use crate::intersect::PreparedRay;
+use crate::ray::words_for;
+use crate::test_random::Random;
+use crate::trace::single;
+use crate::tree::{Bvh2, ChildRef, Node8, Plan};
+use std::cell::RefCell;
+
+const WAYS: [Way; 3] = [Way::Automatic, Way::Single, Way::Stream];
+
+fn trees(mesh: &TriangleMesh, costs: WideCosts) -> (Bvh2, Bvh8) {
+    let binary = (build::find("binned").unwrap().build)(mesh);
+    let split = build::split_leaves(&binary);
+    let wide = build::collapse(&split, costs, &|node, side| (node % 7 + side) as f64);
+    wide.validate(mesh).unwrap();
+    (binary, wide)
+}
+
+/// One scratch for all batches, as a thread has it: what it remembers must change no answer.
+fn answers(set: Instructions, way: Way, tree: &Bvh8, rays: &[Ray]) -> Vec<u64> {
+    thread_local! {
+        static SCRATCH: RefCell<Scratch> = RefCell::default();
+    }
+    let mut occluded = vec![0; words_for(rays.len())];
+    SCRATCH.with_borrow_mut(|scratch| any_hit(set, way, tree, rays, &mut occluded, scratch));
+    occluded
+}
+
+fn assert_as_binary(binary: &Bvh2, wide: &Bvh8, rays: &[Ray], closest: bool) -> Vec<u64> {
+    let mut expected = vec![0; words_for(rays.len())];
+    for (index, ray) in rays.iter().enumerate() {
+        let hit = single::any_hit(binary, &Plan::Near, ray, &mut NoCount);
+        expected[index / 64] |= u64::from(hit) << (index % 64);
+    }
+    for set in Instructions::all() {
+        for way in WAYS {
+            let answers = answers(set, way, wide, rays);
+            for (index, ray) in rays.iter().enumerate() {
+                let bit = |words: &[u64]| words[index / 64] >> (index % 64) & 1;
+                assert_eq!(bit(&answers), bit(&expected), "{set:?} {way:?} {index} {ray:?}");
+            }
+        }
+        if closest {
+            for ray in rays {
+                let expected = single::closest_hit(binary, ray);
+                assert_eq!(closest_hit(set, wide, ray), expected, "{set:?} {ray:?}");
+            }
+        }
+    }
+    expected
+}
+
+/// Rays of all kinds: from near points or anywhere, along axes, aimed at edges and corners, of
+/// extreme lengths and intervals, and those that are none.
+fn rays(random: &mut Random, mesh: &TriangleMesh, count: usize) -> Vec<Ray> {
+    let (eye, target) = (random.point(), random.point());
+    let coherent = random.bits().is_multiple_of(2);
+    (0..count)
+        .map(|_| {
+            let mut ray = random.ray();
+            if coherent {
+                ray.origin = eye + random.point() * 0.02;
+                ray.direction = target + random.point() * 0.2 - ray.origin;
+            }
+            let axis = (random.bits() % 3) as usize;
+            match random.bits() % 32 {
+                0 => ray.direction = Vec3::ZERO,
+                1 => ray.direction[axis] = 0.0,
+                2 => ray.direction[axis] = -0.0,
+                3 => ray.direction = -ray.direction,
+                4 => ray.t_max = f32::NAN,
+                5 => ray.t_min = f32::NAN,
+                6 => (ray.t_min, ray.t_max) = (f32::NEG_INFINITY, f32::INFINITY),
+                7 => (ray.t_min, ray.t_max) = (f32::INFINITY, f32::INFINITY),
+                8 => ray.origin[axis] = f32::INFINITY,
+                9 => ray.direction[axis] = f32::NAN,
+                10 => ray.direction *= 1e-30,
+                11 => ray.direction *= 1e30,
+                12 => ray.direction[axis] = f32::NEG_INFINITY,
+                13 => (ray.t_min, ray.t_max) = (-1.0, 0.5),
+                14..20 if !mesh.is_empty() => {
+                    let index = (random.bits() % mesh.len() as u64) as usize;
+                    let [a, b, _] = mesh.triangle(index).0;
+                    let target = if axis == 0 { a } else { a.lerp(b, random.unit()) };
+                    ray.direction = target - ray.origin;
+                    ray.t_max = if axis == 1 { 1.0 } else { f32::INFINITY };
+                }
+                20..24 if !mesh.is_empty() => {
+                    // From a triangle, as shadow rays start.
+                    let index = (random.bits() % mesh.len() as u64) as usize;
+                    let [a, b, c] = mesh.triangle(index).0;
+                    ray.origin = a.lerp(b, random.unit()).lerp(c, random.unit());
+                    ray.direction = random.point();
+                }
+                _ => {}
+            }
+            ray
+        })
+        .collect()
+}
+
+#[test]
+fn all_kernels_answer_as_the_binary_tree_does() {
+    let mut random = Random::new(0x0c7e7);
+    let (mut hits, mut all) = (0, 0);
+    for round in 0..120 {
+        let mesh = random.mesh([1, 4, 9, 60, 1000, 4000][round % 6]);
+        let triangle = [0.02, 0.15, 0.6][round % 3];
+        let (binary, wide) = trees(&mesh, WideCosts { triangle, ..WideCosts::default() });
+        for count in [0, 1, 63, 64, 65, 300] {
+            let rays = rays(&mut random, &mesh, count);
+            let answers = assert_as_binary(&binary, &wide, &rays, count < 300);
+            hits += answers.iter().map(|word| word.count_ones()).sum::<u32>();
+            all += count;
+        }
+    }
+    let share = f64::from(hits) / all as f64;
+    assert!((0.2..0.9).contains(&share), "{share} of the rays hit");
+}
+
+#[test]
+fn no_triangles() {
+    let mesh = TriangleMesh::default();
+    let (binary, wide) = trees(&mesh, WideCosts::default());
+    let rays = rays(&mut Random::new(5), &mesh, 100);
+    assert_eq!(assert_as_binary(&binary, &wide, &rays, true), [0, 0]);
+}
+
+/// Far from the origin, tiny and huge: where slacks are all that is left, or numbers run out.
+#[test]
+fn scenes_of_any_scale_and_place() {
+    for (scale, offset) in [
+        (1.0, Vec3::new(148_376.0, 1234.0, -223_423.0)),
+        (1e-3, Vec3::splat(1e6)),
+        (1e-12, Vec3::ZERO),
+        (1e-30, Vec3::ZERO),
+        (1e-37, Vec3::ZERO),
+        (1e12, Vec3::ZERO),
+        (1e25, Vec3::splat(1e26)),
+        (1e37, Vec3::ZERO),
+    ] {
+        let mut random = Random::new(0x5ca1e);
+        let mesh = random.mesh(1500);
+        let rays: Vec<_> = rays(&mut random, &mesh, 6000)
+            .into_iter()
+            .map(|ray| Ray {
+                origin: ray.origin * scale + offset,
+                direction: ray.direction * scale,
+                ..ray
+            })
+            .collect();
+        let moved = mesh.vertices().iter().map(|v| *v * scale + offset).collect();
+        let mesh = TriangleMesh::new(moved, mesh.triangles().to_vec());
+        let (binary, wide) = trees(&mesh, WideCosts::default());
+        println!("scale {scale}, offset {offset}");
+        assert_as_binary(&binary, &wide, &rays, true);
+    }
+}
+
+#[test]
+fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
+    let mut random = Random::new(0x3111);
+    let mesh = random.mesh(3000);
+    let (_, wide) = trees(&mesh, WideCosts::default());
+    let mut hits = 0;
+    for _ in 0..400 {
+        let rays = rays(&mut random, &mesh, 5000);
+        let expected = answers(Instructions::PORTABLE, Way::Stream, &wide, &rays);
+        for set in Instructions::all() {
+            for way in [Way::Single, Way::Stream] {
+                assert_eq!(answers(set, way, &wide, &rays), expected, "{set:?} {way:?}");
+            }
+        }
+        hits += expected.iter().map(|word| word.count_ones()).sum::<u32>();
+    }
+    assert!(hits > 500_000, "{hits} hits");
+}
+
+/// The box test of streams accepts what that of single rays accepts.
+#[test]
+fn boxes_that_a_ray_meets_are_met() {
+    let mut random = Random::new(0xb0c5);
+    let mesh = TriangleMesh::default();
+    let (mut met, mut missed) = (0, 0);
+    for round in 0..4000 {
+        let (scale, offset) = [(1.0, 0.0), (1.0, 3e5), (1e-20, 0.0), (1e30, 0.0)][round % 4];
+        let scene =
+            Aabb { min: Vec3::splat(offset - 4.0 * scale), max: Vec3::splat(offset + 4.0 * scale) };
+        let given: Vec<_> = rays(&mut random, &mesh, 64)
+            .into_iter()
+            .map(|ray| Ray { origin: ray.origin * scale + Vec3::splat(offset), ..ray })
+            .collect();
+        for set in Instructions::all() {
+            let mut prepared = Rays::EMPTY;
+            let boxes: Vec<_> = (0..8)
+                .map(|_| {
+                    // Flat and small ones too, some touching a ray's origin.
+                    let ray = &given[(random.bits() % 64) as usize];
+                    let place = ray.origin + ray.direction * random.unit();
+                    let usable = place.is_finite() && random.bits().is_multiple_of(2);
+                    let a =
+                        if usable { place } else { random.point() * scale + Vec3::splat(offset) };
+                    let mut b = a + random.point()
+                        * scale
+                        * [0.001, 0.1, 1.0][(random.bits() % 3) as usize];
+                    if random.bits().is_multiple_of(3) {
+                        b.x = a.x;
+                    }
+                    let (lower, upper) = (scene.min, scene.max);
+                    Aabb::of_points([a.clamp(lower, upper), b.clamp(lower, upper)])
+                })
+                .collect();
+            let node =
+                Node8::new(&boxes.iter().map(|b| (ChildRef::inner(0), *b)).collect::<Vec<_>>());
+            let masks: Vec<u32> = match set.0 {
+                Set::Portable => masks(Portable, &mut prepared, &scene, &given, &node),
+                #[cfg(target_arch = "x86_64")]
+                Set::Avx2(avx2) | Set::Avx512(avx2, _) => {
+                    masks(avx2, &mut prepared, &scene, &given, &node)
+                }
+            };
+            for (index, ray) in given.iter().enumerate() {
+                let scalar = PreparedRay::new(ray, &scene);
+                assert_eq!(masks[index] & VALID != 0, scalar.is_some(), "{ray:?}");
+                let Some(scalar) = scalar else { continue };
+                for (slot, bounds) in boxes.iter().enumerate() {
+                    let found = masks[index] >> slot & 1 != 0;
+                    assert!(found || scalar.enter(bounds).is_none(), "{set:?} {ray:?} {bounds:?}");
+                    met += u32::from(found);
+                    missed += u32::from(!found);
+                }
+            }
+        }
+    }
+    assert!(met > 100_000 && missed > 500_000, "{met} met, {missed} missed");
+}
+
+/// The children that each ray meets, alone and as one of a group.
+fn masks<S: Simd + Wide>(
+    s: S,
+    prepared: &mut Rays,
+    scene: &Aabb,
+    rays: &[Ray],
+    node: &Node8,
+) -> Vec<u32> {
+    s.run(|| {
+        let mut masks = vec![0; rays.len()];
+        let (mut places, mut lists) = (Vec::new(), Default::default());
+        places_by_octant::<S, S>(s, rays, &mut places, &mut lists);
+        for places in places.chunks(STREAM) {
+            prepared.fill(s, s, scene, rays, places);
+            let active = prepared.valid;
+            let (by_group, _) = group::node_by_group(s, node, prepared, active);
+            for (index, &place) in places.iter().enumerate() {
+                if active >> index & 1 != 0 {
+                    let octant = prepared.octants[index / S::GROUP];
+                    let alone = one_ray::OneRay::new(s, prepared, index, octant).meets(s, node);
+                    let in_group = (0..8).fold(0, |all, slot: usize| {
+                        all | ((by_group[slot] >> index & 1) as u32) << slot
+                    });
+                    assert_eq!(alone, in_group, "{:?}", rays[usize::from(place)]);
+                    masks[usize::from(place)] = alone | VALID;
+                }
+            }
+        }
+        masks
+    })
+}
+
+const VALID: u32 = 1 << 8;

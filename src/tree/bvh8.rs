@@ -1,0 +1,228 @@
+//! The eight-wide bounding volume hierarchy (Wald, Benthin and Boulos, "Getting Rid of Packets:
+//! Efficient SIMD Single-Ray Traversal using Multi-branching BVHs", IEEE Symposium on Interactive
+//! Ray Tracing, 2008).
+
+use super::{ChildRef, MAX_DEPTH};
+use crate::geometry::{Aabb, Triangle, TriangleMesh, Vec3};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Children of a node, and lanes of the tests against them.
+pub const WIDTH: usize = 8;
+
+/// Most triangles in a leaf: those that are tested at once.
+pub const MAX_WIDE_LEAF: usize = WIDTH;
+
+/// Most nodes on a way from the root to a leaf: each level takes up one at least of the binary
+/// tree's, whose leaves of 16 triangles may be split up to 15 times more.
+pub const MAX_WIDE_DEPTH: usize = MAX_DEPTH + 15;
+
+/// Numbers of a triangle in a leaf's block.
+pub(crate) const LEAF_ROWS: usize = 12;
+
+/// An inner node: up to eight children with their boxes.
+///
+/// Children fill the slots from 0 on, in the order in which any-hit rays visit them.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node8 {
+    /// For each axis the lower and the upper planes of the children's boxes.
+    pub planes: [[[f32; WIDTH]; 2]; 3],
+    /// The children.
+    pub children: [ChildRef; WIDTH],
+    /// Number of children: two at least.
+    pub len: u32,
+}
+
+impl Node8 {
+    /// A node of these children, at most eight.
+    pub fn new(children: &[(ChildRef, Aabb)]) -> Self {
+        // Finite, so that no product with a reciprocal is NaN, and inside out, so that few rays meet
+        // what is not there; those that do are turned away by `occupied`.
+        let mut node = Self {
+            planes: [[[f32::MAX; WIDTH], [f32::MIN; WIDTH]]; 3],
+            children: [ChildRef::UNUSED; WIDTH],
+            len: children.len() as u32,
+        };
+        for (slot, (child, bounds)) in children.iter().enumerate() {
+            node.children[slot] = *child;
+            for (axis, planes) in node.planes.iter_mut().enumerate() {
+                planes[0][slot] = bounds.min[axis];
+                planes[1][slot] = bounds.max[axis];
+            }
+        }
+        node
+    }
+
+    /// The box of the child in `slot`.
+    pub fn bounds(&self, slot: usize) -> Aabb {
+        let corner = |side: usize| Vec3::from_array(self.planes.map(|axis| axis[side][slot]));
+        Aabb { min: corner(0), max: corner(1) }
+    }
+
+    /// One bit for each child, from the lowest on.
+    #[inline(always)]
+    pub fn occupied(&self) -> u32 {
+        (1 << self.len) - 1
+    }
+}
+
+/// A triangle's unit normal for bounds on distances from its plane: each component is off by at most
+/// one rounding to `f32` and `2^-30`. Zero, which bounds nothing, where it would be less certain.
+pub fn unit_normal(triangle: &Triangle) -> Vec3 {
+    let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
+    let (ab, ac) = (b - a, c - a);
+    let normal = ab.cross(ac);
+    // Products of two edges lose at most 2^-51 of their lengths.
+    let scale = ab.length() * ac.length();
+    let length = normal.length();
+    let certain = length > scale / f64::from(1 << 20) && length > 1e-60;
+    if certain { (normal / length).as_vec3() } else { Vec3::ZERO }
+}
+
+/// An eight-wide tree over the triangles of a mesh.
+///
+/// Nodes lie in depth-first order, a parent before its children. Each triangle lies in exactly one
+/// leaf.
+#[derive(Clone, Debug)]
+pub struct Bvh8 {
+    /// Inner nodes.
+    pub nodes: Vec<Node8>,
+    /// Where traversal starts; `None` for an empty mesh.
+    pub root: Option<ChildRef>,
+    /// Box around all triangles.
+    pub bounds: Aabb,
+    /// The triangles, leaf by leaf: a leaf of `n` triangles from slot `s` on has a block of twelve
+    /// rows of `n` numbers from `12 s` on, x, y and z of the first corners, of the second and third
+    /// ones, and of unit normals (see [`unit_normal`]). Ends with padding for kernels that read eight
+    /// numbers of the last row.
+    pub leaves: Vec<f32>,
+    /// For each slot, the triangle's index in the mesh.
+    pub triangle_ids: Vec<u32>,
+    /// Unlike that of any other tree, but for copies; not 0.
+    pub id: u64,
+}
+
+impl Bvh8 {
+    /// An [`id`](Self::id) that no tree has.
+    pub fn new_id() -> u64 {
+        static LAST: AtomicU64 = AtomicU64::new(0);
+        LAST.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    /// Bytes of all arrays.
+    pub fn memory_bytes(&self) -> u64 {
+        (size_of_val(self.nodes.as_slice())
+            + size_of_val(self.leaves.as_slice())
+            + size_of_val(self.triangle_ids.as_slice())) as u64
+    }
+
+    /// Whether it is larger than the caches that a core has for itself, so that fetching what will be
+    /// visited ahead of time pays.
+    #[inline]
+    pub fn is_large(&self) -> bool {
+        const CACHE_BYTES: usize = 8 << 20;
+        self.nodes.len() > CACHE_BYTES / size_of::<Node8>()
+    }
+
+    /// Number of leaves.
+    pub fn leaf_count(&self) -> usize {
+        let children: usize = self.nodes.iter().map(|node| node.len as usize).sum();
+        self.root.map_or(0, |_| children + 1 - self.nodes.len())
+    }
+
+    /// Triangle `index` of a leaf.
+    #[inline]
+    pub fn triangle(&self, leaf: ChildRef, index: usize) -> Triangle {
+        let slots = leaf.leaf_slots();
+        let block = &self.leaves[slots.start * LEAF_ROWS..slots.end * LEAF_ROWS];
+        let at = |row: usize| block[row * slots.len() + index];
+        let vector = |row: usize| Vec3::new(at(row), at(row + 1), at(row + 2));
+        Triangle([vector(0), vector(3), vector(6)])
+    }
+
+    /// Checks everything that traversal relies on: every triangle of `mesh` in one leaf, with its
+    /// corners; boxes that are exactly those of what lies below; depth; node order; padding.
+    ///
+    /// # Errors
+    /// What is wrong, naming the node.
+    pub fn validate(&self, mesh: &TriangleMesh) -> Result<(), String> {
+        if self.triangle_ids.len() != mesh.len() {
+            return Err(format!("{} of {} triangles", self.triangle_ids.len(), mesh.len()));
+        }
+        if self.leaves.len() != mesh.len() * LEAF_ROWS + WIDTH {
+            return Err(format!("{} numbers in leaves", self.leaves.len()));
+        }
+        let mut seen = vec![false; mesh.len()];
+        let Some(root) = self.root else {
+            return if mesh.is_empty() { Ok(()) } else { Err("no root".into()) };
+        };
+        let mut reached = 0;
+        let bounds = self.validate_child(root, 0, mesh, &mut reached, &mut seen)?;
+        if bounds != self.bounds {
+            return Err("the root's box is another".into());
+        }
+        if reached != self.nodes.len() {
+            return Err(format!("{reached} of {} nodes reached", self.nodes.len()));
+        }
+        match seen.iter().position(|seen| !seen) {
+            Some(id) => Err(format!("triangle {id} is in no leaf")),
+            None => Ok(()),
+        }
+    }
+
+    fn validate_child(
+        &self,
+        child: ChildRef,
+        depth: usize,
+        mesh: &TriangleMesh,
+        reached: &mut usize,
+        seen: &mut [bool],
+    ) -> Result<Aabb, String> {
+        if child.is_leaf() {
+            let slots = child.leaf_slots();
+            if slots.len() > MAX_WIDE_LEAF {
+                return Err(format!("leaf {slots:?} is too large"));
+            }
+            let mut bounds = Aabb::EMPTY;
+            for (index, slot) in slots.clone().enumerate() {
+                let id = self.triangle_ids.get(slot).map_or(usize::MAX, |&id| id as usize);
+                if seen.get(id).is_none_or(|&seen| seen) {
+                    return Err(format!("leaf {slots:?}: slot {slot} is out of range or shared"));
+                }
+                seen[id] = true;
+                let triangle = self.triangle(child, index);
+                if triangle != mesh.triangle(id) {
+                    return Err(format!("slot {slot} has other corners than triangle {id}"));
+                }
+                bounds = bounds.union(triangle.bounds());
+            }
+            return Ok(bounds);
+        }
+        let index = child.node_index();
+        if depth >= MAX_WIDE_DEPTH {
+            return Err(format!("node {index} is too deep"));
+        }
+        *reached += 1;
+        let node = self.nodes.get(index).ok_or_else(|| format!("no node {index}"))?;
+        let len = node.len as usize;
+        if !(2..=WIDTH).contains(&len) {
+            return Err(format!("node {index} has {len} children"));
+        }
+        let mut all = Aabb::EMPTY;
+        for slot in 0..len {
+            let child = node.children[slot];
+            if !child.is_leaf() && child.node_index() <= index {
+                return Err(format!("node {index}: a child before its parent"));
+            }
+            let bounds = self.validate_child(child, depth + 1, mesh, reached, seen)?;
+            if bounds != node.bounds(slot) {
+                return Err(format!("node {index}: child {slot} has another box"));
+            }
+            all = all.union(bounds);
+        }
+        if node.children[len..].iter().any(|child| *child != ChildRef::UNUSED) {
+            return Err(format!("node {index}: children beyond the last"));
+        }
+        Ok(all)
+    }
+}
