@@ -204,18 +204,12 @@ fn judge<W: Wide>(
         & w.less_equal(product, w.splat(f32::MAX));
     let started = w.less(w.add(at_start, start_slack), w.sub(height, slack));
     let not_ended = unbounded | w.less(w.add(height, slack), w.sub(at_end, end_slack));
-    let (mut entry, mut exit) = (start, end);
-    let [a, b, c] = &corners;
-    for (axis, reciprocal) in rays.reciprocal.iter().enumerate() {
-        let reciprocal = w.load(reciprocal, group);
-        let (a, b, c) = (a[axis], b[axis], c[axis]);
-        let one = w.mul(w.min(w.min(a, b), c), reciprocal);
-        let other = w.mul(w.max(w.max(a, b), c), reciprocal);
-        entry = w.max(w.min(one, other), entry);
-        exit = w.min(w.max(one, other), exit);
-    }
-    let within = w.less_equal(entry, exit);
-    let certain = candidates & sure_of_side & no_doubt & started & not_ended & within;
+    // One product with another number than zero: as `between_ends` of `leaf` has it.
+    let along = load_3(w, &rays.along, group);
+    let [a, b, c] = corners.map(|corner| dot(w, corner, along));
+    let between =
+        w.less_equal(start, w.min(w.min(a, b), c)) & w.less_equal(w.max(w.max(a, b), c), end);
+    let certain = candidates & sure_of_side & no_doubt & started & not_ended & between;
     (certain, candidates & !certain)
 }
 

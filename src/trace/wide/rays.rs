@@ -92,6 +92,8 @@ pub(super) struct Rays {
     pub(super) octants: [u8; STREAM / LANES],
     /// What the differences of corners and origin are multiplied by for the two sheared coordinates.
     pub(super) across: [[Row; 3]; 2],
+    /// What the differences of corners and origin are multiplied by for `t` along the largest axis.
+    pub(super) along: [Row; 3],
     /// The rays as given.
     rays: [Ray; STREAM],
     bounds: Aabb,
@@ -116,6 +118,7 @@ impl Rays {
         axis: Row::ZERO,
         octants: [0; STREAM / LANES],
         across: [[Row::ZERO; 3]; 2],
+        along: [Row::ZERO; 3],
         rays: [Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 }; STREAM],
         bounds: Aabb::EMPTY,
         valid: 0,
@@ -232,6 +235,11 @@ impl Rays {
         s.store(self.shear[0].group_mut(group), first);
         s.store(self.shear[1].group_mut(group), second);
         let (zero, one) = (s.splat(0.0), s.splat(1.0));
+        let along = s.div(one, largest);
+        let others = s.select(x_largest, zero, along);
+        s.store(self.along[0].group_mut(group), s.select(x_largest, along, zero));
+        s.store(self.along[1].group_mut(group), s.select(y_largest, others, zero));
+        s.store(self.along[2].group_mut(group), s.select(y_largest, zero, others));
         let (first, second) = (s.sub(zero, first), s.sub(zero, second));
         // Which factor belongs to an axis, by which of them is the largest.
         let factors = [
