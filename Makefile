@@ -23,7 +23,7 @@ demo:
 	fi; \
 	$(CARGO) build --release $$features && \
 	"$(TARGET_DIR)/release/sato" compare scenes/atrium.toml \
-	    --backend bvh2:order=near --backend bvh2 $$embree -o out/demo
+	    --backend bvh2:order=near --backend bvh2 --backend bvh8 $$embree -o out/demo
 
 test:
 	@if [ "$$SATO_NATIVE_ONLY" = 1 ]; then \

@@ -5,7 +5,7 @@ use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
 use crate::order::{self, OrderContext};
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
 use crate::trace::wide::{self, Instructions, Scratch, Way};
-use crate::tree::{Bvh8, ChildRef};
+use crate::tree::Bvh8;
 use crate::{Error, Result, build};
 use std::cell::RefCell;
 use std::time::Instant;
@@ -26,7 +26,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             name: "order",
             about: "which children a shadow ray visits first",
             choices: || {
-                let scored = order::ORDERS.iter().filter(|o| order::find_scored(o.name).is_some());
+                let scored = order::ORDERS.iter().filter(|o| o.scores.is_some());
                 scored.map(|o| Choice { name: o.name, about: o.about }).collect()
             },
             default: "p-over-c",
@@ -65,31 +65,29 @@ struct Bvh8Backend {
 
 impl Bvh8Backend {
     fn new(spec: &BackendSpec, context: &BuildContext<'_>) -> Result<Self> {
-        let mesh = &context.scene.mesh;
-        if mesh.len() > ChildRef::MAX_TRIANGLES {
-            return Err(Error::Backend {
-                backend: spec.to_string(),
-                message: format!(
-                    "{} triangles are more than the {} that a tree can hold",
-                    mesh.len(),
-                    ChildRef::MAX_TRIANGLES
-                ),
-            });
-        }
         let builder = build::find(spec.value("builder")).expect("specs are checked");
-        let order = order::find_scored(spec.value("order")).expect("specs are checked");
+        let scores = order::find(spec.value("order")).and_then(|o| o.scores);
+        let scores = scores.expect("specs are checked");
+        let shared = context
+            .trees
+            .bvh2(builder)
+            .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
         let start = Instant::now();
-        let binary = build::split_leaves(&(builder.build)(mesh));
+        let binary = build::split_leaves(&shared.tree);
         let built = Instant::now();
-        let order_context = OrderContext { mesh, seed: context.seed, training: context.training };
-        let scores = (order.score)(&binary, &order_context);
+        let order_context = OrderContext {
+            mesh: &context.scene.mesh,
+            seed: context.seed,
+            training: context.training,
+        };
+        let scores = scores(&binary, &order_context);
         let ordered = Instant::now();
         let tree =
             build::collapse(&binary, build::WideCosts::default(), &|node, side| scores[node][side]);
         let order_ms = (ordered - built).as_secs_f64() * 1e3;
         let instructions = Instructions::detect();
         let stats = BuildStats {
-            build_ms: start.elapsed().as_secs_f64() * 1e3 - order_ms,
+            build_ms: shared.build_ms + start.elapsed().as_secs_f64() * 1e3 - order_ms,
             order_ms,
             memory_bytes: tree.memory_bytes(),
             inner_nodes: Some(tree.nodes.len() as u64),

@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     /// Scene file (.toml), mesh (.obj, .obj.zst) or the name of a generator
     scene: String,
     /// What traces: see `sato list`
-    #[arg(long, value_name = "SPEC", default_value = "bvh2", value_parser = parse_backend)]
+    #[arg(long, value_name = "SPEC", default_value = "bvh8", value_parser = parse_backend)]
     backend: BackendSpec,
     /// OpenEXR file to write, with a PNG beside it [default: the scene's name .exr]
     #[arg(long, short, value_name = "FILE")]

@@ -1,5 +1,6 @@
 //! Orders that need a summary of everything below a node: one pass from the leaves to the root.
 
+use super::Scores;
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, NodeBits};
 use rayon::prelude::*;
@@ -34,12 +35,36 @@ const BLOCK: usize = 1 << 12;
 /// For each node whether child 1 is to come first, found on the current rayon pool, and the summary
 /// of the whole tree, `None` for an empty one. Relies on parents coming before their children.
 pub(super) fn bottom_up<B: BottomUp>(tree: &Bvh2, order: &B) -> (NodeBits, Option<B::Summary>) {
+    let mut second_first = NodeBits::none(tree.nodes.len());
+    let summary = walk(tree, order, |index, _, second| second_first.set(index, second));
+    (second_first, summary)
+}
+
+/// For each node the scores of its children by what lies below them.
+pub(super) fn scores<B: BottomUp>(
+    tree: &Bvh2,
+    order: &B,
+    score: impl Fn(&Node2, usize, &B::Summary) -> f64,
+) -> Scores {
+    let mut scores = vec![[0.0; 2]; tree.nodes.len()];
+    walk(tree, order, |index, below, _| {
+        scores[index] = [0, 1].map(|side| score(&tree.nodes[index], side, &below[side]));
+    });
+    scores
+}
+
+/// Tells `found` of each node its index, the summaries of its children and whether child 1 is to
+/// come first, children before parents, and returns the summary of the whole tree.
+#[inline]
+fn walk<B: BottomUp>(
+    tree: &Bvh2,
+    order: &B,
+    mut found: impl FnMut(usize, &[B::Summary; 2], bool),
+) -> Option<B::Summary> {
     let (nodes, triangles) = (&tree.nodes, &tree.triangles);
-    let mut second_first = NodeBits::none(nodes.len());
-    let Some(root) = tree.root else { return (second_first, None) };
+    let root = tree.root?;
     if root.is_leaf() {
-        let summary = order.leaf(&triangles[root.leaf_slots()], &tree.bounds);
-        return (second_first, Some(summary));
+        return Some(order.leaf(&triangles[root.leaf_slots()], &tree.bounds));
     }
     let mut summaries = vec![B::Summary::default(); nodes.len()];
     let mut prepared = vec![<(B::Own, [B::Summary; 2])>::default(); BLOCK.min(nodes.len())];
@@ -65,11 +90,11 @@ pub(super) fn bottom_up<B: BottomUp>(tree: &Bvh2, order: &B) -> (NodeBits, Optio
                 let inner = summaries[index];
                 if child.is_leaf() { leaves[side] } else { inner }
             };
-            let (summary, second) = order.node(node, own, &[below(0), below(1)]);
+            let below = [below(0), below(1)];
+            let (summary, second) = order.node(node, own, &below);
             summaries[first + index] = summary;
-            second_first.set(first + index, second);
+            found(first + index, &below, second);
         }
     }
-    let summary = summaries[root.node_index()];
-    (second_first, Some(summary))
+    Some(summaries[root.node_index()])
 }

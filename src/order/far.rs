@@ -9,4 +9,5 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |_, _| Plan::Far,
     plan_kd: Some(|_, _| Plan::Far),
+    scores: None,
 };

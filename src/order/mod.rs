@@ -16,15 +16,14 @@ mod prim_num;
 mod prim_sato;
 mod random;
 mod rtsah;
-mod score;
 mod trained;
 
 pub use rtsah::line_probability::lines_through_both;
-pub use score::{SCORED, ScoredOrder, Scores, find_scored};
 
 use crate::geometry::TriangleMesh;
 use crate::ray_set::RaySet;
 use crate::tree::{Bvh2, KdTree, Node2, NodeBits, Plan};
+use rayon::prelude::*;
 
 /// One traversal order.
 #[derive(Debug)]
@@ -39,7 +38,14 @@ pub struct OrderEntry {
     pub plan_bvh2: fn(&Bvh2, &OrderContext<'_>) -> Plan,
     /// The plan for a kd-tree likewise; `None` where the order means nothing for one.
     pub plan_kd: Option<fn(&KdTree, &OrderContext<'_>) -> Plan>,
+    /// For trees with more than two children, collapsed from a binary one: a score of each child of
+    /// each of its nodes, the largest of siblings to come first; `None` where the order is none
+    /// between more than two.
+    pub scores: Option<fn(&Bvh2, &OrderContext<'_>) -> Scores>,
 }
+
+/// For each node of a binary tree the scores of its two children.
+pub type Scores = Vec<[f64; 2]>;
 
 /// What an order may look at besides the tree.
 #[derive(Clone, Copy, Debug)]
@@ -88,4 +94,40 @@ pub fn find(name: &str) -> Option<&'static OrderEntry> {
 fn second_where(tree: &Bvh2, second_first: impl Fn(usize, &Node2) -> bool + Sync) -> Plan {
     let nodes = &tree.nodes;
     Plan::Fixed(NodeBits::from_fn(nodes.len(), |index| second_first(index, &nodes[index])))
+}
+
+/// The score of each child (with the index of its node and its side).
+fn score_each(tree: &Bvh2, score: impl Fn(usize, &Node2, usize) -> f64 + Sync) -> Scores {
+    let nodes = tree.nodes.par_iter().with_min_len(8192).enumerate();
+    nodes.map(|(index, node)| [0, 1].map(|side| score(index, node, side))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build;
+    use crate::test_random::Random;
+
+    /// Of two children, the one with the larger score is the one that the plan has first.
+    #[test]
+    fn scores_say_what_plans_do() {
+        let mesh = Random::new(61).mesh(4000);
+        let tree = (build::find("binned").unwrap().build)(&mesh);
+        let context = OrderContext::new(&mesh);
+        let mut scored = 0;
+        for order in ORDERS.iter().filter(|o| o.name != "random") {
+            let Some(scores) = order.scores else { continue };
+            let Plan::Fixed(second_first) = (order.plan_bvh2)(&tree, &context) else {
+                panic!("{} is a fixed order", order.name);
+            };
+            for (index, [first, second]) in scores(&tree, &context).into_iter().enumerate() {
+                // Keys may be compared crosswise, which rounds otherwise.
+                let is_tie = (first - second).abs() <= 1e-12 * second.abs();
+                let name = order.name;
+                assert!(is_tie || second_first.get(index) == (second > first), "{name} {index}");
+            }
+            scored += 1;
+        }
+        assert!(scored >= 5, "{scored}");
+    }
 }

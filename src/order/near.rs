@@ -9,4 +9,5 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |_, _| Plan::Near,
     plan_kd: Some(|_, _| Plan::Near),
+    scores: None,
 };

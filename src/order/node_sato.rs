@@ -2,7 +2,7 @@
 //! Computer Graphics Forum 33(6), 2014): the child with the larger surface area first. In trees
 //! built by the surface-area heuristic it is the likelier one to hold large occluders.
 
-use super::{OrderEntry, kd};
+use super::{OrderEntry, kd, score_each};
 use crate::tree::Plan;
 
 pub(super) static ENTRY: OrderEntry = OrderEntry {
@@ -11,6 +11,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_larger.clone()),
     plan_kd: Some(kd::node_sato),
+    scores: Some(|tree, _| score_each(tree, |_, node, side| node.bounds[side].half_area())),
 };
 
 #[cfg(test)]

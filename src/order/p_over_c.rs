@@ -5,7 +5,7 @@
 //! testing them costs nothing extra.
 
 use super::OrderEntry;
-use super::bottom_up::{BottomUp, bottom_up};
+use super::bottom_up::{BottomUp, bottom_up, scores};
 use super::rtsah::{Shares, between};
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, NodeBits, Plan};
@@ -16,6 +16,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(second_first(tree)),
     plan_kd: None,
+    scores: Some(|tree, _| scores(tree, &StopOverCost, |_, _, below| below.stop / below.cost)),
 };
 
 pub(super) fn second_first(tree: &Bvh2) -> NodeBits {

@@ -5,7 +5,7 @@
 //! sorts likewise. The paper does not say which way round for hierarchies of boxes, so the other
 //! one is here too.
 
-use super::{OrderEntry, kd, second_where};
+use super::{OrderEntry, kd, score_each, second_where};
 use crate::tree::Plan;
 
 pub(super) static FEWEST: OrderEntry = OrderEntry {
@@ -14,6 +14,7 @@ pub(super) static FEWEST: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_fewer.clone()),
     plan_kd: Some(kd::prim_num),
+    scores: Some(|tree, _| score_each(tree, |_, node, side| -f64::from(node.counts[side]))),
 };
 
 pub(super) static MOST: OrderEntry = OrderEntry {
@@ -22,4 +23,5 @@ pub(super) static MOST: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| second_where(tree, |_, node| node.counts[1] > node.counts[0]),
     plan_kd: Some(kd::prim_num_most),
+    scores: Some(|tree, _| score_each(tree, |_, node, side| f64::from(node.counts[side]))),
 };

@@ -2,8 +2,8 @@
 //! Graphics Forum 33(6), 2014): the child whose triangles are larger first, by their mean area or
 //! by the largest one. Areas are those of whole triangles.
 
-use super::bottom_up::{BottomUp, bottom_up};
-use super::{OrderContext, OrderEntry, kd};
+use super::bottom_up::{BottomUp, bottom_up, scores};
+use super::{OrderEntry, Scores, kd};
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, Plan};
 
@@ -11,20 +11,27 @@ pub(super) static MEAN: OrderEntry = OrderEntry {
     name: "prim-sato-avg",
     about: "surface-area traversal order: the child with the larger mean triangle first",
     needs_training: false,
-    plan_bvh2: |tree, context| plan(tree, context, |areas, count| areas.sum / f64::from(count)),
+    plan_bvh2: |tree, _| plan(tree, Areas::mean),
     plan_kd: Some(kd::prim_sato_average),
+    scores: Some(|tree, _| score(tree, Areas::mean)),
 };
 
 pub(super) static LARGEST: OrderEntry = OrderEntry {
     name: "prim-sato-max",
     about: "surface-area traversal order: the child with the largest triangle first",
     needs_training: false,
-    plan_bvh2: |tree, context| plan(tree, context, |areas, _| areas.largest),
+    plan_bvh2: |tree, _| plan(tree, Areas::largest),
     plan_kd: Some(kd::prim_sato_max),
+    scores: Some(|tree, _| score(tree, Areas::largest)),
 };
 
-fn plan<F: Fn(&Areas, u32) -> f64 + Sync>(tree: &Bvh2, _: &OrderContext<'_>, key: F) -> Plan {
+fn plan<F: Fn(&Areas, u32) -> f64 + Sync>(tree: &Bvh2, key: F) -> Plan {
     Plan::Fixed(bottom_up(tree, &ByTriangleArea { key }).0)
+}
+
+fn score<F: Fn(&Areas, u32) -> f64 + Sync + Copy>(tree: &Bvh2, key: F) -> Scores {
+    let of_child = |node: &Node2, side: usize, areas: &Areas| key(areas, node.counts[side]);
+    scores(tree, &ByTriangleArea { key }, of_child)
 }
 
 /// Areas of the triangles of a subtree.
@@ -32,6 +39,16 @@ fn plan<F: Fn(&Areas, u32) -> f64 + Sync>(tree: &Bvh2, _: &OrderContext<'_>, key
 struct Areas {
     sum: f64,
     largest: f64,
+}
+
+impl Areas {
+    fn mean(&self, count: u32) -> f64 {
+        self.sum / f64::from(count)
+    }
+
+    fn largest(&self, _: u32) -> f64 {
+        self.largest
+    }
 }
 
 /// Larger keys first; a key is computed from the areas and the number of triangles.
@@ -68,6 +85,7 @@ impl<F: Fn(&Areas, u32) -> f64 + Sync> BottomUp for ByTriangleArea<F> {
 mod tests {
     use super::*;
     use crate::build;
+    use crate::order::OrderContext;
     use crate::test_random::Random;
     use crate::tree::ChildRef;
 

@@ -1,6 +1,6 @@
 //! A coin for every node, tossed once from the seed: the control.
 
-use super::{OrderEntry, kd, second_where};
+use super::{OrderEntry, kd, score_each, second_where};
 
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "random",
@@ -10,6 +10,9 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     plan_kd: Some(|tree, context| {
         kd::upper_where(tree, |index, _| coin(context.seed, index as u64))
     }),
+    scores: Some(|tree, context| {
+        score_each(tree, |index, _, side| hash(context.seed, (2 * index + side) as u64) as f64)
+    }),
 };
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
@@ -18,7 +21,7 @@ fn coin(seed: u64, index: u64) -> bool {
     hash(seed, index) & 1 == 1
 }
 
-pub(super) fn hash(seed: u64, index: u64) -> u64 {
+fn hash(seed: u64, index: u64) -> u64 {
     let z = seed ^ index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

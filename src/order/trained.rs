@@ -21,6 +21,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     needs_training: true,
     plan_bvh2: |tree, context| plan(tree, context, Evidence::exact_second_first),
     plan_kd: None,
+    scores: None,
 };
 
 pub(super) static BY_RATIO: OrderEntry = OrderEntry {
@@ -29,6 +30,7 @@ pub(super) static BY_RATIO: OrderEntry = OrderEntry {
     needs_training: true,
     plan_bvh2: |tree, context| plan(tree, context, Evidence::ratio_second_first),
     plan_kd: None,
+    scores: None,
 };
 
 /// Rays are taken at even strides from larger sets. The authors of SRDH come within 6 % of the full

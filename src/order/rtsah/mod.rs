@@ -25,6 +25,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: corrected, pass: opaque }),
     plan_kd: Some(kd::rtsah),
+    scores: None,
 };
 
 pub(super) static PAPER: OrderEntry = OrderEntry {
@@ -33,6 +34,7 @@ pub(super) static PAPER: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: published, pass: opaque }),
     plan_kd: None,
+    scores: None,
 };
 
 pub(super) static LEAF: OrderEntry = OrderEntry {
@@ -41,6 +43,7 @@ pub(super) static LEAF: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: corrected, pass: between }),
     plan_kd: None,
+    scores: None,
 };
 
 pub(super) static APPROXIMATE: OrderEntry = OrderEntry {
@@ -49,6 +52,7 @@ pub(super) static APPROXIMATE: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: filled, cost: corrected, pass: opaque }),
     plan_kd: None,
+    scores: None,
 };
 
 pub(super) static CLAMPED: OrderEntry = OrderEntry {
@@ -57,6 +61,7 @@ pub(super) static CLAMPED: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: filled_or_0, cost: corrected, pass: opaque }),
     plan_kd: None,
+    scores: None,
 };
 
 fn plan(tree: &Bvh2, model: &impl BottomUp) -> Plan {

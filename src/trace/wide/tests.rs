@@ -143,7 +143,7 @@ fn scenes_of_any_scale_and_place() {
     ] {
         let mut random = Random::new(0x5ca1e);
         let mesh = random.mesh(1500);
-        let rays: Vec<_> = rays(&mut random, &mesh, 6000)
+        let rays: Vec<_> = rays(&mut random, &mesh, 1200)
             .into_iter()
             .map(|ray| Ray {
                 origin: ray.origin * scale + offset,
