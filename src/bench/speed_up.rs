@@ -285,25 +285,17 @@ fn by_scene(output: &mut Output, rows: &[Row], what: &Selection<'_>) -> Result<S
         let row = of_traversal.iter().find(|r| (&r.scene, &r.rays) == (*scene, *rays));
         row.map_or(f64::NAN, |r| 100.0 * r.occluded_share)
     };
-    let columns: Vec<String> = cells
-        .iter()
-        .map(|cell| format!("{} {} ({:.0} % occluded)", cell.0, cell.1, share(cell)))
-        .chain(["geometric mean".to_string()])
-        .collect();
-    let values: Vec<Vec<f64>> = traversal
-        .orders
-        .iter()
-        .map(|order| {
-            let rows: Vec<&Row> = what.rows(rows, order).collect();
-            let find = |cell: &(&String, &String)| {
-                let row = rows.iter().find(|r| (&r.scene, &r.rays) == *cell);
-                row.map_or(f64::NAN, |r| r.speed_up)
-            };
-            let mut values: Vec<f64> = cells.iter().map(find).collect();
-            values.push(geometric_mean(values.iter().copied()).unwrap_or(f64::NAN));
-            values
-        })
-        .collect();
+    let value = |order: &str, cell: &(&String, &String)| {
+        let row = what.rows(rows, order).find(|r| (&r.scene, &r.rays) == *cell);
+        row.map_or(f64::NAN, |r| r.speed_up)
+    };
+    let of_cell = |cell: &(&String, &String)| -> Vec<f64> {
+        traversal.orders.iter().map(|order| value(order, cell)).collect()
+    };
+    let mut values: Vec<Vec<f64>> = cells.iter().map(of_cell).collect();
+    let mean = |order: usize| geometric_mean(values.iter().map(|row| row[order]));
+    let means = (0..traversal.orders.len()).map(|order| mean(order).unwrap_or(f64::NAN)).collect();
+    values.push(means);
     output.chart(
         &format!("speed-up-{}-{}-{subset}", traversal.structure, traversal.trace),
         &format!("Speed-up over front to back: {}, {subset} rays", traversal.name()),
@@ -311,10 +303,14 @@ fn by_scene(output: &mut Output, rows: &[Row], what: &Selection<'_>) -> Result<S
          can help occluded rays only.",
         Body::HeatTable(HeatTable {
             axis: Axis::log("speed-up").with_reference(1.0),
-            row_title: "order".into(),
-            rows: traversal.orders.iter().map(ToString::to_string).collect(),
-            column_title: "scene and rays".into(),
-            columns,
+            row_title: "scene and rays".into(),
+            rows: cells
+                .iter()
+                .map(|cell| format!("{} {} ({:.0} % occluded)", cell.0, cell.1, share(cell)))
+                .chain(["geometric mean".to_string()])
+                .collect(),
+            column_title: "order".into(),
+            columns: traversal.orders.iter().map(ToString::to_string).collect(),
             values,
             decimals: Some(2),
         }),
