@@ -129,7 +129,8 @@ pub(super) fn stopped_by<W: Wide>(
     }
     let [x, y, z] = [9 * count, 10 * count, 11 * count];
     let normal = [block[x + triangle], block[y + triangle], block[z + triangle]];
-    let (mut hits, mut doubtful) = judge(w, rays, group, candidates, corners, normal, uvt);
+    let (mut hits, mut doubtful) =
+        judge(w, rays, group, candidates, corners[0], projected, normal, uvt);
     while doubtful != 0 {
         let lane = doubtful.trailing_zeros() as usize;
         doubtful &= doubtful - 1;
@@ -166,22 +167,24 @@ pub(super) fn stopped_by_occluders<W: Wide, C: PacketCounter>(
     all
 }
 
-/// Which of the candidates hit a triangle for certain, and which may. `corners` are relative to the
-/// origins.
+/// Which of the candidates hit a triangle for certain, and which may. `corner`, the first one, is
+/// relative to the origins; `projected` are all, across the lines.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "what the step before has in registers")]
 fn judge<W: Wide>(
     w: W,
     rays: &Rays,
     group: usize,
     mut candidates: u64,
-    corners: [[W::Floats; 3]; 3],
+    corner: [W::Floats; 3],
+    projected: [[W::Floats; 2]; 3],
     normal: [f32; 3],
     uvt: [W::Floats; 3],
 ) -> (u64, u64) {
     let normal = [w.splat(normal[0]), w.splat(normal[1]), w.splat(normal[2])];
     let direction = load_3(w, &rays.direction, group);
-    let [x, y, z] = corners[0];
-    let (height, slope) = (dot(w, normal, corners[0]), dot(w, normal, direction));
+    let [x, y, z] = corner;
+    let (height, slope) = (dot(w, normal, corner), dot(w, normal, direction));
     let reach = w.add(w.add(w.abs(x), w.abs(y)), w.add(w.abs(z), w.splat(UNDERFLOW)));
     let slack = w.mul(reach, w.splat(HEIGHT_SLACK));
     let height = w.flip_sign(height, slope);
@@ -204,12 +207,12 @@ fn judge<W: Wide>(
         & w.less_equal(product, w.splat(f32::MAX));
     let started = w.less(w.add(at_start, start_slack), w.sub(height, slack));
     let not_ended = unbounded | w.less(w.add(height, slack), w.sub(at_end, end_slack));
-    // One product with another number than zero: as `between_ends` of `leaf` has it.
-    let along = load_3(w, &rays.along, group);
-    let [a, b, c] = corners.map(|corner| dot(w, corner, along));
-    let between =
-        w.less_equal(start, w.min(w.min(a, b), c)) & w.less_equal(w.max(w.max(a, b), c), end);
-    let certain = candidates & sure_of_side & no_doubt & started & not_ended & between;
+    // As `clear_of_edges` of `leaf` has it.
+    let far = |p: [W::Floats; 2]| w.add(w.abs(p[0]), w.abs(p[1]));
+    let farthest = w.max(w.max(far(projected[0]), far(projected[1])), far(projected[2]));
+    let least = w.min(w.min(w.abs(uvt[0]), w.abs(uvt[1])), w.abs(uvt[2]));
+    let clear = w.less(w.mul(w.load(&rays.edge_slack, group), farthest), least);
+    let certain = candidates & sure_of_side & no_doubt & started & not_ended & clear;
     (certain, candidates & !certain)
 }
 

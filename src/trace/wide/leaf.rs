@@ -84,14 +84,15 @@ fn cross<S: Simd>(s: S, p: [S::Floats; 2], q: [S::Floats; 2]) -> S::Floats {
     s.sub(s.mul(p[0], q[1]), s.mul(p[1], q[0]))
 }
 
-/// The triangles of a leaf that no sign speaks against, one bit each, and the signs' numbers.
+/// The triangles of a leaf that no sign speaks against, one bit each, their corners across the line,
+/// and the signs' numbers.
 #[inline(always)]
 pub(super) fn passed_through<S: Simd>(
     s: S,
     tree: &Bvh8,
     leaf: ChildRef,
     line: &Line,
-) -> (u32, [S::Floats; 3]) {
+) -> (u32, [[S::Floats; 2]; 3], [S::Floats; 3]) {
     let block = Block::of(tree, leaf);
     let [x, y, z] = line.axes;
     let step = block.count * 3;
@@ -107,7 +108,7 @@ pub(super) fn passed_through<S: Simd>(
     let below = s.less(s.min(s.min(uvw[0], uvw[1]), uvw[2]), zero);
     let above = s.less(zero, s.max(s.max(uvw[0], uvw[1]), uvw[2]));
     let mixed = s.bits(s.both(below, above));
-    (!mixed & ((1 << block.count) - 1), uvw)
+    (!mixed & ((1 << block.count) - 1), [a, b, c], uvw)
 }
 
 /// Whether ray `index` hits a triangle of a leaf.
@@ -119,21 +120,22 @@ pub(super) fn hits_leaf<S: Simd>(
     rays: &Rays,
     index: usize,
 ) -> bool {
-    let line = Line::of(rays, index);
-    let (candidates, uvw) = passed_through(s, tree, leaf, &line);
-    candidates != 0 && hits_candidate(s, tree, leaf, rays, (index, line.axes[2]), candidates, uvw)
+    let (candidates, corners, uvw) = passed_through(s, tree, leaf, &Line::of(rays, index));
+    candidates != 0 && hits_candidate(s, tree, leaf, rays, index, candidates, corners, uvw)
 }
 
-/// Whether ray `index`, whose direction is largest along `axis`, hits one of the triangles that the
-/// signs `uvw` do not speak against.
+/// Whether ray `index` hits one of the triangles that the signs `uvw` of their sheared corners do not
+/// speak against.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "what the step before has in registers")]
 fn hits_candidate<S: Simd>(
     s: S,
     tree: &Bvh8,
     leaf: ChildRef,
     rays: &Rays,
-    (index, axis): (usize, usize),
+    index: usize,
     mut candidates: u32,
+    corners: [[S::Floats; 2]; 3],
     uvw: [S::Floats; 3],
 ) -> bool {
     let block = Block::of(tree, leaf);
@@ -176,7 +178,7 @@ fn hits_candidate<S: Simd>(
         s.either(unbounded, s.less(s.add(height, slack), s.sub(at_end, end_slack))),
     );
     let certain = s.bits(s.both(no_doubt, within)) & sure_of_side & candidates;
-    if certain != 0 && certain & between_ends(s, &block, rays, index, axis) != 0 {
+    if certain != 0 && certain & clear_of_edges(s, rays, index, corners, uvw) != 0 {
         return true;
     }
     while candidates != 0 {
@@ -189,21 +191,18 @@ fn hits_candidate<S: Simd>(
     false
 }
 
-/// The triangles that lie between the ends of ray `index` for certain, on the axis of its largest
-/// component.
-///
-/// The scalar test asks for the point at which the line passes the triangle, by the signs' numbers;
-/// it is between the corners. If they are between the ends, so is that point, but for rounding of
-/// at most `3.1 u` of `t`, and `16 u` of the scene's extent are allowed for at both ends. On the other
-/// axes the line passes the point within the padding: see [`intersect`](crate::intersect).
+/// The triangles whose edges the line of ray `index` passes so clearly that the scalar test finds the
+/// point where it meets their plane inside them; see [`Rays::edge_slack`].
 #[inline(always)]
-fn between_ends<S: Simd>(s: S, block: &Block<'_>, rays: &Rays, index: usize, axis: usize) -> u32 {
-    let origin = s.splat(rays.origin[axis].0[index]);
-    let reciprocal = s.splat(rays.along[axis].0[index]);
-    let [a, b, c] =
-        [0, 3, 6].map(|corner| s.mul(s.sub(block.row(s, corner + axis), origin), reciprocal));
-    let first = s.min(s.min(a, b), c);
-    let last = s.max(s.max(a, b), c);
-    let (start, end) = (s.splat(rays.start.0[index]), s.splat(rays.end.0[index]));
-    s.bits(s.both(s.less_equal(start, first), s.less_equal(last, end)))
+fn clear_of_edges<S: Simd>(
+    s: S,
+    rays: &Rays,
+    index: usize,
+    [a, b, c]: [[S::Floats; 2]; 3],
+    uvw: [S::Floats; 3],
+) -> u32 {
+    let far = |p: [S::Floats; 2]| s.add(s.abs(p[0]), s.abs(p[1]));
+    let farthest = s.max(s.max(far(a), far(b)), far(c));
+    let least = s.min(s.min(s.abs(uvw[0]), s.abs(uvw[1])), s.abs(uvw[2]));
+    s.bits(s.less(s.mul(s.splat(rays.edge_slack.0[index]), farthest), least))
 }

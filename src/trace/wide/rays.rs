@@ -92,8 +92,15 @@ pub(super) struct Rays {
     pub(super) octants: [u8; STREAM / LANES],
     /// What the differences of corners and origin are multiplied by for the two sheared coordinates.
     pub(super) across: [[Row; 3]; 2],
-    /// What the differences of corners and origin are multiplied by for `t` along the largest axis.
-    pub(super) along: [Row; 3],
+    /// An edge function of sheared corners that is larger than this times the corners' largest
+    /// distance (as a sum of components) has the sign of the exact one, by far.
+    ///
+    /// A sheared coordinate is off by at most `d = 6.5 u m` (see [`intersect`](crate::intersect)), and
+    /// the sum `r` of two of them is at most `4 m`. So products and their difference are off by at
+    /// most `2 d r + 2 u r^2 < 22 u m r`. This is 42: then the exact line passes each edge by more
+    /// than `20 u m r`, a weight of the opposite corner of at least `1.6 u`. `f64` finds weights to
+    /// some `2^-50 m r` over the sum of the edge functions, which is far less.
+    pub(super) edge_slack: Row,
     /// The rays as given.
     rays: [Ray; STREAM],
     bounds: Aabb,
@@ -118,7 +125,7 @@ impl Rays {
         axis: Row::ZERO,
         octants: [0; STREAM / LANES],
         across: [[Row::ZERO; 3]; 2],
-        along: [Row::ZERO; 3],
+        edge_slack: Row::ZERO,
         rays: [Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 }; STREAM],
         bounds: Aabb::EMPTY,
         valid: 0,
@@ -223,6 +230,7 @@ impl Rays {
         s.store(self.slope_slack.group_mut(group), s.mul(reach, s.splat(8.0 * UNIT)));
         s.store(self.start.group_mut(group), t_min);
         s.store(self.end.group_mut(group), t_max);
+        s.store(self.edge_slack.group_mut(group), s.add(scene_pad, scene_pad));
         let slack = s.div(scene_pad, largest);
         s.store(self.t_min.group_mut(group), s.sub(t_min, slack));
         s.store(self.t_max.group_mut(group), s.add(t_max, slack));
@@ -235,11 +243,6 @@ impl Rays {
         s.store(self.shear[0].group_mut(group), first);
         s.store(self.shear[1].group_mut(group), second);
         let (zero, one) = (s.splat(0.0), s.splat(1.0));
-        let along = s.div(one, largest);
-        let others = s.select(x_largest, zero, along);
-        s.store(self.along[0].group_mut(group), s.select(x_largest, along, zero));
-        s.store(self.along[1].group_mut(group), s.select(y_largest, others, zero));
-        s.store(self.along[2].group_mut(group), s.select(y_largest, zero, others));
         let (first, second) = (s.sub(zero, first), s.sub(zero, second));
         // Which factor belongs to an axis, by which of them is the largest.
         let factors = [
