@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::all_specs;
+use common::every_spec;
 use sato::lab::Lab;
 use sato::measure::trace;
 use sato::render::{Pass, RenderSettings, record};
@@ -22,17 +22,25 @@ fn all_orders_trees_and_kernels_agree_on_recorded_rays() {
         };
         let build = |spec: &str| lab.build(&spec.parse().unwrap()).unwrap();
         let recording = record(&scene, &*build("bvh2"), &settings, None).unwrap();
-        let (brute, specs) = (build("brute"), all_specs());
+        let brute = build("brute");
         let mut occluded = 0;
-        for pass in recording.passes() {
-            let set = pass.rays();
-            let mut expected = set.no_answers();
-            trace(&*brute, set, &mut expected);
-            occluded += sato::ray_set::occluded_count(&expected);
-            for spec in specs.iter().filter(|s| !["brute", "embree"].contains(&s.name())) {
+        let passes: Vec<_> = recording
+            .passes()
+            .iter()
+            .map(|pass| {
+                let mut expected = pass.rays().no_answers();
+                trace(&*brute, pass.rays(), &mut expected);
+                occluded += sato::ray_set::occluded_count(&expected);
+                (pass.rays(), expected)
+            })
+            .collect();
+        let specs = every_spec();
+        for spec in specs.iter().filter(|s| !["brute", "embree"].contains(&s.name())) {
+            let backend = lab.build(spec).unwrap();
+            for (set, expected) in &passes {
                 let mut answers = set.no_answers();
-                trace(&*lab.build(spec).unwrap(), set, &mut answers);
-                let differing = set.differing(&expected, &answers);
+                trace(&*backend, set, &mut answers);
+                let differing = set.differing(expected, &answers);
                 assert!(differing.is_empty(), "{name}, {spec}: rays {differing:?}");
             }
         }

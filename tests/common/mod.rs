@@ -21,9 +21,13 @@ fn is_tried(spec: &BackendSpec) -> bool {
     by_default || order.is_none_or(|order| ORDERS_FOR_EVERY_BUILDER.contains(&order))
 }
 
-/// Every spec that the catalogue offers in this build: all values of all keys, but few orders with
-/// builders that are not the default.
+/// As [`every_spec`], but few orders with builders that are not the default.
 pub fn all_specs() -> Vec<BackendSpec> {
+    every_spec().into_iter().filter(is_tried).collect()
+}
+
+/// Every spec that the catalogue offers in this build: all values of all keys.
+pub fn every_spec() -> Vec<BackendSpec> {
     let mut specs = Vec::new();
     for entry in BACKENDS.iter().filter(|e| e.unavailable.is_none()) {
         let mut texts = vec![entry.name.to_string()];
@@ -38,8 +42,7 @@ pub fn all_specs() -> Vec<BackendSpec> {
                 .collect();
         }
         // Combinations that do not exist are refused.
-        let parsed = texts.iter().filter_map(|t| t.parse::<BackendSpec>().ok());
-        specs.extend(parsed.filter(is_tried));
+        specs.extend(texts.iter().filter_map(|t| t.parse::<BackendSpec>().ok()));
     }
     specs
 }
