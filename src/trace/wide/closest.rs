@@ -83,7 +83,7 @@ pub(super) fn closest_hit<S: Simd>(s: S, tree: &Bvh8, ray: &Ray) -> Option<Hit> 
         }
         if child.is_leaf() {
             let first = child.leaf_slots().start;
-            let (mut candidates, ..) = passed_through(s, tree, child, &line);
+            let mut candidates = passed_through(s, tree, child, &line).candidates;
             while candidates != 0 {
                 let index = candidates.trailing_zeros() as usize;
                 candidates &= candidates - 1;

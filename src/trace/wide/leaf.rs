@@ -84,15 +84,19 @@ fn cross<S: Simd>(s: S, p: [S::Floats; 2], q: [S::Floats; 2]) -> S::Floats {
     s.sub(s.mul(p[0], q[1]), s.mul(p[1], q[0]))
 }
 
-/// The triangles of a leaf that no sign speaks against, one bit each, their corners across the line,
-/// and the signs' numbers.
+/// What a line finds in a leaf.
+pub(super) struct Passed<S: Simd> {
+    /// The triangles that no sign speaks against, one bit each.
+    pub(super) candidates: u32,
+    /// The corners across the line.
+    corners: [[S::Floats; 2]; 3],
+    /// The signs' numbers.
+    uvw: [S::Floats; 3],
+}
+
+/// The triangles of a leaf that the line passes through.
 #[inline(always)]
-pub(super) fn passed_through<S: Simd>(
-    s: S,
-    tree: &Bvh8,
-    leaf: ChildRef,
-    line: &Line,
-) -> (u32, [[S::Floats; 2]; 3], [S::Floats; 3]) {
+pub(super) fn passed_through<S: Simd>(s: S, tree: &Bvh8, leaf: ChildRef, line: &Line) -> Passed<S> {
     let block = Block::of(tree, leaf);
     let [x, y, z] = line.axes;
     let step = block.count * 3;
@@ -108,7 +112,7 @@ pub(super) fn passed_through<S: Simd>(
     let below = s.less(s.min(s.min(uvw[0], uvw[1]), uvw[2]), zero);
     let above = s.less(zero, s.max(s.max(uvw[0], uvw[1]), uvw[2]));
     let mixed = s.bits(s.both(below, above));
-    (!mixed & ((1 << block.count) - 1), [a, b, c], uvw)
+    Passed { candidates: !mixed & ((1 << block.count) - 1), corners: [a, b, c], uvw }
 }
 
 /// Whether ray `index` hits a triangle of a leaf.
@@ -120,24 +124,22 @@ pub(super) fn hits_leaf<S: Simd>(
     rays: &Rays,
     index: usize,
 ) -> bool {
-    let (candidates, corners, uvw) = passed_through(s, tree, leaf, &Line::of(rays, index));
-    candidates != 0 && hits_candidate(s, tree, leaf, rays, index, candidates, corners, uvw)
+    let passed = passed_through(s, tree, leaf, &Line::of(rays, index));
+    passed.candidates != 0 && hits_candidate(s, tree, leaf, rays, index, &passed)
 }
 
-/// Whether ray `index` hits one of the triangles that the signs `uvw` of their sheared corners do not
-/// speak against.
+/// Whether ray `index` hits one of the triangles that its line passes through, of which there is one
+/// at least.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "what the step before has in registers")]
 fn hits_candidate<S: Simd>(
     s: S,
     tree: &Bvh8,
     leaf: ChildRef,
     rays: &Rays,
     index: usize,
-    mut candidates: u32,
-    corners: [[S::Floats; 2]; 3],
-    uvw: [S::Floats; 3],
+    passed: &Passed<S>,
 ) -> bool {
+    let Passed { mut candidates, corners, uvw } = *passed;
     let block = Block::of(tree, leaf);
     let zero = s.splat(0.0);
     let mut height = zero;
