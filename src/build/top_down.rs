@@ -6,7 +6,7 @@
 //! are closed up at the end.
 
 use crate::geometry::{Aabb, TriangleMesh};
-use crate::tree::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
+use crate::tree::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2, SplitNotes};
 use rayon::prelude::*;
 
 /// Cost of entering an inner node, in units of a triangle test.
@@ -58,19 +58,23 @@ pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>) -> Bvh2 {
     let capacity = root.as_ref().map_or(0, P::capacity);
     let bounds = root.as_ref().map_or(Aabb::EMPTY, P::bounds);
     let mut nodes = vec![EMPTY_NODE; capacity.saturating_sub(1)];
+    let mut notes = vec![0; nodes.len()];
     let mut triangle_ids = vec![EMPTY_SLOT; capacity];
     let root = root.map(|part| {
-        let room = Room { nodes: &mut nodes, slots: &mut triangle_ids };
+        let room = Room { nodes: &mut nodes, notes: &mut notes, slots: &mut triangle_ids };
         grow(part, room, Place::default()).child
     });
-    let root = close_up(&mut nodes, &mut triangle_ids, root);
+    let root = close_up(&mut nodes, &mut notes, &mut triangle_ids, root);
     let triangles = triangle_ids.par_iter().map(|&i| mesh.triangle(i as usize)).collect();
-    Bvh2::new(nodes, root, bounds, triangles, triangle_ids)
+    let notes = SplitNotes::from_bytes(&notes);
+    Bvh2 { nodes, root, bounds, triangles, triangle_ids, notes }
 }
 
 /// What a part owns of the tree to be.
 struct Room<'a> {
     nodes: &'a mut [Node2],
+    /// What is noted of each node: see [`SplitNotes`].
+    notes: &'a mut [u8],
     slots: &'a mut [u32],
 }
 
@@ -111,6 +115,8 @@ fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place) -> Grown {
     let middle = sides[0].capacity();
     let (node, below) = room.nodes.split_first_mut().expect("a part owns capacity - 1 nodes");
     let (lower_nodes, upper_nodes) = below.split_at_mut(middle - 1);
+    let (note, below) = room.notes.split_first_mut().expect("as many notes as nodes");
+    let (lower_notes, upper_notes) = below.split_at_mut(middle - 1);
     let (lower_slots, upper_slots) = room.slots.split_at_mut(middle);
     let depth = place.depth + 1;
     let lower_place = Place { first_node: place.first_node + 1, depth, ..place };
@@ -120,8 +126,8 @@ fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place) -> Grown {
         depth,
     };
     let [lower, upper] = sides;
-    let lower_room = Room { nodes: lower_nodes, slots: lower_slots };
-    let upper_room = Room { nodes: upper_nodes, slots: upper_slots };
+    let lower_room = Room { nodes: lower_nodes, notes: lower_notes, slots: lower_slots };
+    let upper_room = Room { nodes: upper_nodes, notes: upper_notes, slots: upper_slots };
     let (lower, upper) = if count > PARALLEL_PART {
         rayon::join(
             || grow(lower, lower_room, lower_place),
@@ -135,6 +141,10 @@ fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place) -> Grown {
         children: [lower.child, upper.child],
         counts: [lower.count as u32, upper.count as u32],
     };
+    // While both sides are at hand it costs next to nothing.
+    let larger = u8::from(node.second_is_larger()) * SplitNotes::LARGER;
+    let fewer = u8::from(upper.count < lower.count) * SplitNotes::FEWER;
+    *note = larger | fewer;
     Grown {
         child: ChildRef::inner(place.first_node),
         bounds: lower.bounds.union(upper.bounds),
@@ -161,11 +171,14 @@ pub(super) fn half_area(bounds: &Aabb) -> f32 {
 /// Removes unused slots of nodes and triangles, keeping the order of the others.
 fn close_up(
     nodes: &mut Vec<Node2>,
+    notes: &mut Vec<u8>,
     triangle_ids: &mut Vec<u32>,
     root: Option<ChildRef>,
 ) -> Option<ChildRef> {
     let is_used = |node: &Node2| node.counts[0] != 0;
     let nodes_to = places_of_used(nodes, is_used);
+    let mut of_notes = nodes.iter();
+    notes.retain(|_| of_notes.next().is_some_and(is_used));
     nodes.retain(is_used);
     nodes.shrink_to_fit();
     let is_filled = |id: &u32| *id != EMPTY_SLOT;

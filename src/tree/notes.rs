@@ -14,7 +14,18 @@ pub struct SplitNotes {
 }
 
 impl SplitNotes {
-    /// Of the nodes of a binary tree.
+    /// In a builder's byte for a node: child 1 has the larger surface.
+    pub(crate) const LARGER: u8 = 1;
+    /// Likewise: there are fewer triangles below child 1.
+    pub(crate) const FEWER: u8 = 2;
+
+    /// From a builder's byte for each node.
+    pub(crate) fn from_bytes(bytes: &[u8]) -> Self {
+        let noted = |note: u8| NodeBits::from_fn(bytes.len(), |i| bytes[i] & note != 0);
+        Self { second_larger: noted(Self::LARGER), second_fewer: noted(Self::FEWER) }
+    }
+
+    /// Of the nodes of a finished binary tree.
     pub fn of(nodes: &[Node2]) -> Self {
         Self {
             second_larger: NodeBits::from_fn(nodes.len(), |i| nodes[i].second_is_larger()),

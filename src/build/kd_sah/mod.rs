@@ -24,7 +24,7 @@ mod split;
 
 use super::clip::clipped_bounds;
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
-use crate::tree::{KD_MAX_DEPTH, KD_MAX_NODES, KdNode, KdTree, NodeBits, SplitNotes};
+use crate::tree::{KD_MAX_DEPTH, KD_MAX_NODES, KdNode, KdTree, SplitNotes};
 use events::{EventList, MAX_REFERENCES, Target, distribute, push_events};
 use rayon::prelude::*;
 use split::{Side, Split, best_on_axis, leaf_cost};
@@ -97,8 +97,7 @@ fn laid_out(subtree: Subtree, triangles: &[Triangle], bounds: Aabb) -> KdTree {
         *reference = *slot;
     }
     let triangles = triangle_ids.par_iter().map(|&id| triangles[id as usize]).collect();
-    let noted = |note: u8| NodeBits::from_fn(notes.len(), |i| notes[i] & note != 0);
-    let notes = SplitNotes { second_larger: noted(UPPER_LARGER), second_fewer: noted(UPPER_FEWER) };
+    let notes = SplitNotes::from_bytes(&notes);
     KdTree { nodes, counts, references, triangles, triangle_ids, bounds, notes }
 }
 
@@ -136,9 +135,6 @@ struct Subtree {
     references: Vec<u32>,
     notes: Vec<u8>,
 }
-
-const UPPER_LARGER: u8 = 1;
-const UPPER_FEWER: u8 = 2;
 
 impl Subtree {
     fn append(&mut self, mut other: Self) {
@@ -186,10 +182,10 @@ impl Builder<'_> {
         }
         // Both cells share the plane's cross-section: the longer one is the larger one.
         if f64::from(cell.max[axis]) - at > at - f64::from(cell.min[axis]) {
-            subtree.notes[index] |= UPPER_LARGER;
+            subtree.notes[index] |= SplitNotes::LARGER;
         }
         if upper.references.len() < lower.references.len() {
-            subtree.notes[index] |= UPPER_FEWER;
+            subtree.notes[index] |= SplitNotes::FEWER;
         }
         if count > PARALLEL_NODE {
             let ((), beside) = rayon::join(
