@@ -72,11 +72,17 @@ pub struct VisitCounts {
     pub nodes: u32,
     /// Ray-triangle tests.
     pub triangles: u32,
+    /// Those of them that `f32` left in doubt and `f64` settled; in exact mode.
+    pub double_tests: u32,
+    /// Those that `f64` left in doubt too, so that integers settled them; in exact mode.
+    pub exact_tests: u32,
 }
 
 impl std::ops::AddAssign for VisitCounts {
     fn add_assign(&mut self, other: Self) {
         self.nodes += other.nodes;
         self.triangles += other.triangles;
+        self.double_tests += other.double_tests;
+        self.exact_tests += other.exact_tests;
     }
 }

@@ -7,22 +7,39 @@ use common::{all_specs, built, occluded, scene_of};
 use sato::backend::BackendSpec;
 use sato::geometry::{TriangleMesh, Vec3};
 use sato::order::ORDERS;
-use sato::ray::{Ray, RayBatch, VisitCounts, bit, words_for};
+use sato::ray::{Hit, Ray, RayBatch, VisitCounts, bit, words_for};
 use sato::scene::Scene;
 
 fn native_specs() -> Vec<BackendSpec> {
     all_specs().into_iter().filter(|s| s.name() != "embree" && s.name() != "brute").collect()
 }
 
-/// Any-hit, closest hit and counted answers of every native backend, against brute force.
+/// Any-hit, closest hit and counted answers of every native backend, against brute force in the same
+/// mode.
 fn assert_agreement(what: &str, scene: &Scene, rays: &[Ray]) {
-    let brute = built(&"brute".parse().unwrap(), scene);
-    let expected = occluded(&*brute, rays);
-    let closest: Vec<_> = rays.iter().map(|r| brute.closest_hit(r)).collect();
-    for (index, ray) in rays.iter().enumerate() {
-        assert_eq!(bit(&expected, index), closest[index].is_some(), "{what}: {ray:?}");
+    let brute = |mode: &str| built(&format!("brute:mode={mode}").parse().unwrap(), scene);
+    let closest: Vec<_> = rays.iter().map(|r| brute("fast").closest_hit(r)).collect();
+    for mode in ["fast", "exact"] {
+        let expected = occluded(&*brute(mode), rays);
+        if mode == "fast" {
+            for (index, ray) in rays.iter().enumerate() {
+                assert_eq!(bit(&expected, index), closest[index].is_some(), "{what}: {ray:?}");
+            }
+        }
+        let specs = native_specs().into_iter().filter(|spec| spec.value("mode") == mode);
+        assert_specs_agree(what, scene, rays, specs, &expected, &closest);
     }
-    for spec in native_specs() {
+}
+
+fn assert_specs_agree(
+    what: &str,
+    scene: &Scene,
+    rays: &[Ray],
+    specs: impl Iterator<Item = BackendSpec>,
+    expected: &[u64],
+    closest: &[Option<Hit>],
+) {
+    for spec in specs {
         let backend = built(&spec, scene);
         let answers = occluded(&*backend, rays);
         let mut counted = vec![0; words_for(rays.len())];
@@ -31,7 +48,7 @@ fn assert_agreement(what: &str, scene: &Scene, rays: &[Ray]) {
         assert_eq!(answers, counted, "{what}, {spec}: a counting run answers otherwise");
         for (index, ray) in rays.iter().enumerate() {
             let blocked = bit(&answers, index);
-            assert_eq!(blocked, bit(&expected, index), "{what}, {spec}, ray {index}: {ray:?}");
+            assert_eq!(blocked, bit(expected, index), "{what}, {spec}, ray {index}: {ray:?}");
             assert_eq!(backend.closest_hit(ray), closest[index], "{what}, {spec}: {ray:?}");
             assert!(!blocked || counts[index].triangles > 0, "{what}, {spec}: {ray:?}");
         }

@@ -6,6 +6,7 @@ use common::random::Random;
 use common::{built, occluded, scene_of};
 use sato::build::kd_sah::{Splits, build};
 use sato::geometry::{TriangleMesh, Vec3};
+use sato::intersect::Exact;
 use sato::order::{OrderContext, kd};
 use sato::ray::{Ray, VisitCounts, bit};
 use sato::trace;
@@ -22,7 +23,7 @@ fn assert_agreement(what: &str, mesh: TriangleMesh, rays: &[Ray]) {
         for (index, ray) in rays.iter().enumerate() {
             let mut counts = VisitCounts::default();
             let plan = &plans[index % 3];
-            let blocked = trace::kd::any_hit(tree, plan, ray, &mut counts);
+            let blocked = trace::kd::any_hit(tree, plan, Exact, ray, &mut counts);
             assert_eq!(blocked, bit(&expected, index), "{what}, {splits:?}, {plan:?}: {ray:?}");
             if index % 4 == 0 {
                 let hit = trace::kd::closest_hit(tree, ray);
@@ -160,7 +161,7 @@ fn every_order_visits_the_same_cells_of_an_open_ray() {
         rays.iter()
             .map(|ray| {
                 let mut counts = VisitCounts::default();
-                let blocked = trace::kd::any_hit(&tree, plan, ray, &mut counts);
+                let blocked = trace::kd::any_hit(&tree, plan, Exact, ray, &mut counts);
                 (blocked, if blocked { VisitCounts::default() } else { counts })
             })
             .collect()

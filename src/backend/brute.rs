@@ -1,40 +1,51 @@
 //! Every triangle for every ray: the twin that all other native backends must agree with.
 
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BuildStats};
+use super::{Accelerator, BuildStats, mode};
 use crate::geometry::{Aabb, Triangle};
-use crate::intersect::PreparedRay;
+use crate::intersect::{Exact, Fast, Mode, PreparedRay, TriangleTest};
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
+use crate::trace::Counter;
 
 pub(super) static ENTRY: BackendEntry = BackendEntry {
     name: "brute",
     about: "every triangle for every ray, no tree: the reference for tests",
-    keys: &[],
+    keys: &[mode::KEY],
     unavailable: None,
     check: None,
-    build: |_, context| {
+    build: |spec, context| {
         let mesh = &context.scene.mesh;
         let triangles: Vec<_> = (0..mesh.len()).map(|i| mesh.triangle(i)).collect();
         let stats = BuildStats {
             memory_bytes: size_of_val(triangles.as_slice()) as u64,
             ..BuildStats::default()
         };
-        Ok(Box::new(Brute { triangles, bounds: mesh.bounds(), stats }))
+        Ok(Box::new(Brute { triangles, bounds: mesh.bounds(), mode: mode::of(spec), stats }))
     },
 };
 
 struct Brute {
     triangles: Vec<Triangle>,
     bounds: Aabb,
+    mode: Mode,
     stats: BuildStats,
 }
 
 impl Brute {
     fn any_hit(&self, ray: &Ray, counts: &mut VisitCounts) -> bool {
+        match self.mode {
+            Mode::Fast => self.any_hit_by(Fast, ray, counts),
+            Mode::Exact => self.any_hit_by(Exact, ray, counts),
+        }
+    }
+
+    fn any_hit_by<T: TriangleTest>(&self, test: T, ray: &Ray, counts: &mut VisitCounts) -> bool {
         PreparedRay::new(ray, &self.bounds).is_some_and(|prepared| {
             self.triangles.iter().any(|triangle| {
-                counts.triangles += 1;
-                prepared.triangle(triangle).is_some()
+                counts.triangles(1);
+                let (hit, by) = test.hits(&prepared, triangle);
+                counts.settled(by);
+                hit
             })
         })
     }

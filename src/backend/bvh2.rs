@@ -1,10 +1,12 @@
 //! The binary tree: any builder, any order, ray by ray or in packets.
 
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key};
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key, mode};
+use crate::intersect::{Exact, Fast, Mode};
 use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
-use crate::trace::{Counter, NoCount, packet, single};
+use crate::trace::packet::{self, PacketCounter};
+use crate::trace::{Counter, NoCount, single};
 use crate::tree::{Bvh2, Plan};
 use crate::{Error, Result, build, order};
 use std::sync::Arc;
@@ -41,6 +43,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             },
             default: "single",
         },
+        mode::KEY,
     ],
     unavailable: None,
     check: None,
@@ -50,6 +53,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
 struct Bvh2Backend {
     built: Arc<Built<Bvh2>>,
     plan: Plan,
+    mode: Mode,
     in_packets: bool,
     stats: BuildStats,
 }
@@ -86,11 +90,23 @@ impl Bvh2Backend {
             notes: notes.into_iter().collect(),
         };
         let in_packets = spec.value("trace") == "packet";
-        Ok(Self { built, plan, in_packets, stats })
+        Ok(Self { built, plan, mode: mode::of(spec), in_packets, stats })
     }
 
     fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
-        single::any_hit(&self.built.tree, &self.plan, ray, counter)
+        let (tree, plan) = (&self.built.tree, &self.plan);
+        match self.mode {
+            Mode::Fast => single::any_hit(tree, plan, Fast, ray, counter),
+            Mode::Exact => single::any_hit(tree, plan, Exact, ray, counter),
+        }
+    }
+
+    fn packet<C: PacketCounter>(&self, rays: &[Ray], counter: C) -> u64 {
+        let (tree, plan) = (&self.built.tree, &self.plan);
+        match self.mode {
+            Mode::Fast => packet::any_hit(tree, plan, Fast, rays, counter),
+            Mode::Exact => packet::any_hit(tree, plan, Exact, rays, counter),
+        }
     }
 }
 
@@ -106,7 +122,7 @@ impl Accelerator for Bvh2Backend {
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
         if self.in_packets {
             for (rays, word) in batch.rays.chunks(packet::PACKET_SIZE).zip(occluded) {
-                *word = packet::any_hit(&self.built.tree, &self.plan, rays, NoCount);
+                *word = self.packet(rays, NoCount);
             }
             return;
         }
@@ -125,7 +141,7 @@ impl Accelerator for Bvh2Backend {
             let packets = batch.rays.chunks(packet::PACKET_SIZE);
             let counts = counts.chunks_mut(packet::PACKET_SIZE);
             for ((rays, word), counts) in packets.zip(occluded).zip(counts) {
-                *word = packet::any_hit(&self.built.tree, &self.plan, rays, counts);
+                *word = self.packet(rays, counts);
             }
             return true;
         }

@@ -1,13 +1,16 @@
 //! The eight-wide tree: collapsed from a binary one, any order that is a score, traced by streams.
 
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key};
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key, mode};
+use crate::geometry::TriangleMesh;
+use crate::intersect::Mode;
 use crate::order::{self, OrderContext};
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
-use crate::trace::wide::{self, Instructions, Scratch, Way};
+use crate::trace::wide::{self, Instructions, Query, Scratch, Way};
 use crate::tree::Bvh8;
 use crate::{Error, Result, build};
 use std::cell::RefCell;
+use std::sync::Arc;
 use std::time::Instant;
 
 pub(super) static ENTRY: BackendEntry = BackendEntry {
@@ -46,6 +49,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             },
             default: "auto",
         },
+        mode::KEY,
     ],
     unavailable: None,
     check: None,
@@ -58,6 +62,8 @@ thread_local! {
 
 struct Bvh8Backend {
     tree: Bvh8,
+    mesh: Arc<TriangleMesh>,
+    mode: Mode,
     instructions: Instructions,
     way: Way,
     stats: BuildStats,
@@ -100,7 +106,12 @@ impl Bvh8Backend {
             "stream" => Way::Stream,
             _ => Way::Automatic,
         };
-        Ok(Self { tree, instructions, way, stats })
+        let mesh = context.scene.mesh.clone();
+        Ok(Self { tree, mesh, mode: mode::of(spec), instructions, way, stats })
+    }
+
+    fn query(&self) -> Query<'_> {
+        Query { tree: &self.tree, mesh: &self.mesh, way: self.way, mode: self.mode }
     }
 }
 
@@ -110,13 +121,12 @@ impl Accelerator for Bvh8Backend {
     }
 
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        wide::closest_hit(self.instructions, &self.tree, ray)
+        wide::closest_hit(self.instructions, &self.tree, &self.mesh, ray)
     }
 
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
         SCRATCH.with_borrow_mut(|scratch| {
-            let (tree, rays) = (&self.tree, batch.rays);
-            wide::any_hit(self.instructions, self.way, tree, rays, occluded, scratch);
+            wide::any_hit(self.instructions, &self.query(), batch.rays, occluded, scratch);
         });
     }
 
@@ -127,16 +137,8 @@ impl Accelerator for Bvh8Backend {
         counts: &mut [VisitCounts],
     ) -> bool {
         SCRATCH.with_borrow_mut(|scratch| {
-            let (tree, rays) = (&self.tree, batch.rays);
-            wide::any_hit_counted(
-                self.instructions,
-                self.way,
-                tree,
-                rays,
-                occluded,
-                scratch,
-                counts,
-            );
+            let query = self.query();
+            wide::any_hit_counted(self.instructions, &query, batch.rays, occluded, scratch, counts);
         });
         true
     }

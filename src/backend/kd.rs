@@ -1,8 +1,9 @@
 //! The kd-tree: any order that means something for one, one ray at a time.
 
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key};
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key, mode};
 use crate::build::kd_sah::Splits;
+use crate::intersect::{Exact, Fast, Mode};
 use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
 use crate::trace::{Counter, NoCount, kd};
@@ -44,6 +45,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             choices: || vec![Choice { name: "single", about: "one ray at a time" }],
             default: "single",
         },
+        mode::KEY,
     ],
     unavailable: None,
     check: None,
@@ -53,6 +55,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
 struct KdBackend {
     built: Arc<Built<KdTree>>,
     plan: Plan,
+    mode: Mode,
     stats: BuildStats,
 }
 
@@ -87,11 +90,15 @@ impl KdBackend {
                 format!("{} empty leaves", tree.empty_leaf_count()),
             ],
         };
-        Ok(Self { built, plan, stats })
+        Ok(Self { built, plan, mode: mode::of(spec), stats })
     }
 
     fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
-        kd::any_hit(&self.built.tree, &self.plan, ray, counter)
+        let (tree, plan) = (&self.built.tree, &self.plan);
+        match self.mode {
+            Mode::Fast => kd::any_hit(tree, plan, Fast, ray, counter),
+            Mode::Exact => kd::any_hit(tree, plan, Exact, ray, counter),
+        }
     }
 }
 

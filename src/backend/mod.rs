@@ -6,6 +6,7 @@ mod bvh8;
 pub mod catalogue;
 mod embree;
 mod kd;
+mod mode;
 mod shared_trees;
 mod spec;
 

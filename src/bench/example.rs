@@ -4,6 +4,7 @@
 use super::{Experiment, ExperimentEntry, Output, Subject};
 use crate::Result;
 use crate::geometry::{Aabb, TriangleMesh};
+use crate::intersect::Exact;
 use crate::order::{ORDERS, OrderContext, OrderEntry};
 use crate::ray::Ray;
 use crate::report::table;
@@ -60,7 +61,7 @@ pub fn visits(order: &OrderEntry) -> Vec<String> {
     let ray = Ray::new(Vec3::new(0.0, 0.9, 0.9), Vec3::X, f32::INFINITY);
     let plan = (order.plan_bvh2)(&tree, &OrderContext::new(&mesh));
     let mut names = Names { tree: &tree, leaf: 0..0, visits: Vec::new() };
-    let hit = single::any_hit(&tree, &plan, &ray, &mut names);
+    let hit = single::any_hit(&tree, &plan, Exact, &ray, &mut names);
     debug_assert!(hit);
     names.visits
 }

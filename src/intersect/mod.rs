@@ -34,7 +34,13 @@
 //! unless `q` and the distance from the plane lie on two sides of an end of the interval: a line
 //! that all but lies in the plane and passes beside the triangle.
 
+mod exact;
+mod mode;
 mod watertight;
+
+pub use exact::Stage;
+pub(crate) use exact::hits as hits_exactly;
+pub use mode::{Exact, Fast, Mode, TriangleTest};
 
 use crate::geometry::{Aabb, Triangle};
 use crate::ray::{Hit, Ray};
@@ -46,6 +52,12 @@ use glam::Vec3;
 /// the triangle test carry an absolute error of at most `6.5 e m`, and a plane distance of the box
 /// test one of at most `3 e m` (times the reciprocal direction); 16 covers both.
 const PADDING: f32 = 16.0 / (1u32 << 24) as f32;
+
+/// In the same units: of an edge function, over the corners' distance across the ray.
+///
+/// A sheared coordinate is off by at most `d = 6.5 e m`, and the sum `r` of two of them is at most `4
+/// m`. So products and their difference are off by at most `2 d r + 2 e r^2 < 22 e m r`.
+const EDGE_SLACK: f32 = 24.0 / (1u32 << 24) as f32;
 
 /// The direction's components count as at least this share of the largest: keeps reciprocals
 /// finite. Over the scene's extent the ray moves `2^-60` of it along such an axis, far less than
@@ -66,8 +78,13 @@ pub struct PreparedRay {
     box_t_min: f32,
     box_t_max: f32,
     shear: watertight::Shear,
+    /// An edge function of sheared corners beyond this times the corners' largest distance (as a sum
+    /// of components) has the sign of the exact one.
+    edge_slack: f32,
     /// The ray, its direction scaled if it is extreme.
     ray: Ray,
+    /// The ray as given.
+    given: Ray,
     /// Multiplies `t` to undo the scaling of extreme directions; a power of two.
     t_scale: f32,
 }
@@ -101,7 +118,7 @@ impl PreparedRay {
         const PLAIN: std::ops::RangeInclusive<f32> =
             1.0 / (1u64 << 40) as f32..=(1u64 << 40) as f32;
         if PLAIN.contains(&length) {
-            Some(Self::with_scale(*ray, bounds, 1.0))
+            Some(Self::with_scale(*ray, *ray, bounds, 1.0))
         } else {
             Some(Self::rescaled(ray, length, bounds))
         }
@@ -118,11 +135,13 @@ impl PreparedRay {
         let (t_min, t_max) =
             (ray.t_min * power(half) * power(rest), ray.t_max * power(half) * power(rest));
         let scale = power(-exponent.clamp(-126, 126));
-        Self::with_scale(Ray { origin: ray.origin, t_min, direction, t_max }, bounds, scale)
+        let scaled = Ray { origin: ray.origin, t_min, direction, t_max };
+        // What scaling rounded off bounds do not cover.
+        Self { edge_slack: f32::INFINITY, ..Self::with_scale(scaled, *ray, bounds, scale) }
     }
 
     #[inline(always)]
-    fn with_scale(ray: Ray, bounds: &Aabb, t_scale: f32) -> Self {
+    fn with_scale(ray: Ray, given: Ray, bounds: &Aabb, t_scale: f32) -> Self {
         let Ray { origin, t_min, direction, t_max } = ray;
         let extent = (bounds.min - origin).abs().max((bounds.max - origin).abs()).max_element();
         let pad = (extent * PADDING).max(f32::MIN_POSITIVE);
@@ -153,7 +172,9 @@ impl PreparedRay {
             box_t_min: t_min - t_slack,
             box_t_max: t_max + t_slack,
             shear: watertight::Shear::new(origin, direction),
+            edge_slack: extent * EDGE_SLACK,
             ray,
+            given,
             t_scale,
         }
     }
@@ -218,6 +239,23 @@ impl PreparedRay {
         if self.shear.passes_through(triangle) { self.hit_distance(triangle) } else { None }
     }
 
+    /// Whether the ray hits `triangle` in exact arithmetic on the numbers as given, and what settled
+    /// that.
+    #[inline(always)]
+    pub fn hits_exactly(&self, triangle: &Triangle) -> (bool, Stage) {
+        if self.shear.surely_passes_by(triangle, self.edge_slack) {
+            (false, Stage::Single)
+        } else {
+            self.hits_by_wider_numbers(triangle)
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn hits_by_wider_numbers(&self, triangle: &Triangle) -> (bool, Stage) {
+        exact::hits(&self.given, triangle)
+    }
+
     /// What is left to check once the ray's line passes through the triangle: the interval, and the
     /// second condition of a hit (see the module's text). Lines rarely pass through: out of the way
     /// of the kernels' loops.
@@ -257,6 +295,12 @@ impl PreparedRay {
             t_min: or(self.box_t_min, f32::NEG_INFINITY),
             t_max: or(self.box_t_max, f32::INFINITY),
         }
+    }
+
+    /// What edge functions are held against: see [`hits_exactly`](Self::hits_exactly).
+    #[inline(always)]
+    pub(crate) fn edge_slack(&self) -> f32 {
+        self.edge_slack
     }
 
     /// What the triangle test computes with.

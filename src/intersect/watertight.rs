@@ -67,6 +67,24 @@ impl Shear {
         !in_doubt || passes_through_exactly([a, b, c])
     }
 
+    /// Whether two edge functions of unlike signs show that the line misses the triangle, each of them
+    /// beyond `slack` times the corners' largest distance: then it is the exact line that does.
+    #[inline(always)]
+    pub(super) fn surely_passes_by(&self, triangle: &Triangle, slack: f32) -> bool {
+        /// What underflow takes.
+        const UNDERFLOW: f32 = 1.0 / (1u128 << 126) as f32;
+        let [a, b, c] = triangle.0;
+        let [a, b, c] = [self.project(a), self.project(b), self.project(c)];
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let far = |p: [f32; 2]| p[0].abs() + p[1].abs();
+        let slack = slack * far(a).max(far(b)).max(far(c)) + UNDERFLOW;
+        // Of NaN no comparison holds.
+        let (below, above) = (u.min(v).min(w) < -slack, u.max(v).max(w) > slack);
+        below && above
+    }
+
     /// For a triangle that the line [passes through](Self::passes_through): the point of it that
     /// lies on the line in sheared coordinates. `None` where these overflow.
     pub(super) fn passed_point(&self, triangle: &Triangle) -> Option<DVec3> {

@@ -12,7 +12,7 @@
 
 use super::Counter;
 use crate::geometry::Aabb;
-use crate::intersect::{AxisRay, PreparedRay};
+use crate::intersect::{AxisRay, PreparedRay, TriangleTest};
 use crate::ray::{Hit, Ray};
 use crate::tree::{KD_MAX_DEPTH, KdNode, KdTree, NodeBits, Plan};
 
@@ -121,17 +121,24 @@ impl KdRay {
 
 /// Whether anything is in the way of `ray`, visiting children as `plan` says.
 #[inline]
-pub fn any_hit<C: Counter>(tree: &KdTree, plan: &Plan, ray: &Ray, counter: &mut C) -> bool {
+pub fn any_hit<T: TriangleTest, C: Counter>(
+    tree: &KdTree,
+    plan: &Plan,
+    test: T,
+    ray: &Ray,
+    counter: &mut C,
+) -> bool {
     match plan {
-        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), ray, counter),
-        Plan::Near => any_hit_by(tree, &NearFirst, ray, counter),
-        Plan::Far => any_hit_by(tree, &FarFirst, ray, counter),
+        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), test, ray, counter),
+        Plan::Near => any_hit_by(tree, &NearFirst, test, ray, counter),
+        Plan::Far => any_hit_by(tree, &FarFirst, test, ray, counter),
     }
 }
 
-fn any_hit_by<F: FirstCell, C: Counter>(
+fn any_hit_by<F: FirstCell, T: TriangleTest, C: Counter>(
     tree: &KdTree,
     order: &F,
+    test: T,
     ray: &Ray,
     counter: &mut C,
 ) -> bool {
@@ -144,7 +151,9 @@ fn any_hit_by<F: FirstCell, C: Counter>(
         if node.is_leaf() {
             for &slot in &tree.references[node.leaf_range()] {
                 counter.triangles(1);
-                if ray.prepared.triangle(&tree.triangles[slot as usize]).is_some() {
+                let (hit, by) = test.hits(&ray.prepared, &tree.triangles[slot as usize]);
+                counter.settled(by);
+                if hit {
                     return true;
                 }
             }

@@ -6,6 +6,7 @@ pub mod packet;
 pub mod single;
 pub mod wide;
 
+use crate::intersect::Stage;
 use crate::ray::VisitCounts;
 use crate::tree::ChildRef;
 
@@ -15,6 +16,9 @@ pub trait Counter {
     fn node(&mut self);
     /// So many triangles were tested.
     fn triangles(&mut self, count: usize);
+    /// A test was settled by this arithmetic.
+    #[inline(always)]
+    fn settled(&mut self, _by: Stage) {}
     /// As [`node`](Self::node), for those who want to know which one.
     #[inline(always)]
     fn enter(&mut self, _child: ChildRef) {
@@ -39,5 +43,12 @@ impl Counter for VisitCounts {
     }
     fn triangles(&mut self, count: usize) {
         self.triangles += count as u32;
+    }
+    fn settled(&mut self, by: Stage) {
+        match by {
+            Stage::Single => {}
+            Stage::Double => self.double_tests += 1,
+            Stage::Exact => self.exact_tests += 1,
+        }
     }
 }

@@ -4,7 +4,7 @@
 //! if nothing stops it are the same under every order.
 
 use super::Counter;
-use crate::intersect::PreparedRay;
+use crate::intersect::{PreparedRay, TriangleTest};
 use crate::ray::{Hit, Ray};
 use crate::tree::{Bvh2, MAX_DEPTH, Node2, NodeBits, Plan};
 
@@ -46,17 +46,24 @@ impl FirstChild for FarFirst {
 
 /// Whether anything is in the way of `ray`, visiting children as `plan` says.
 #[inline]
-pub fn any_hit<C: Counter>(tree: &Bvh2, plan: &Plan, ray: &Ray, counter: &mut C) -> bool {
+pub fn any_hit<T: TriangleTest, C: Counter>(
+    tree: &Bvh2,
+    plan: &Plan,
+    test: T,
+    ray: &Ray,
+    counter: &mut C,
+) -> bool {
     match plan {
-        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), ray, counter),
-        Plan::Near => any_hit_by(tree, &NearFirst, ray, counter),
-        Plan::Far => any_hit_by(tree, &FarFirst, ray, counter),
+        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), test, ray, counter),
+        Plan::Near => any_hit_by(tree, &NearFirst, test, ray, counter),
+        Plan::Far => any_hit_by(tree, &FarFirst, test, ray, counter),
     }
 }
 
-fn any_hit_by<F: FirstChild, C: Counter>(
+fn any_hit_by<F: FirstChild, T: TriangleTest, C: Counter>(
     tree: &Bvh2,
     order: &F,
+    test: T,
     ray: &Ray,
     counter: &mut C,
 ) -> bool {
@@ -73,7 +80,9 @@ fn any_hit_by<F: FirstChild, C: Counter>(
         if current.is_leaf() {
             for triangle in &tree.triangles[current.leaf_slots()] {
                 counter.triangles(1);
-                if prepared.triangle(triangle).is_some() {
+                let (hit, by) = test.hits(&prepared, triangle);
+                counter.settled(by);
+                if hit {
                     return true;
                 }
             }

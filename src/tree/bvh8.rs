@@ -4,6 +4,7 @@
 
 use super::{ChildRef, MAX_DEPTH};
 use crate::geometry::{Aabb, Triangle, TriangleMesh, Vec3};
+use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Children of a node, and lanes of the tests against them.
@@ -17,7 +18,7 @@ pub const MAX_WIDE_LEAF: usize = WIDTH;
 pub const MAX_WIDE_DEPTH: usize = MAX_DEPTH + 15;
 
 /// Numbers of a triangle in a leaf's block.
-pub(crate) const LEAF_ROWS: usize = 12;
+pub(crate) const LEAF_ROWS: usize = 13;
 
 /// An inner node: up to eight children with their boxes.
 ///
@@ -66,17 +67,56 @@ impl Node8 {
     }
 }
 
-/// A triangle's unit normal for bounds on distances from its plane: each component is off by at most
-/// one rounding to `f32` and `2^-30`. Zero, which bounds nothing, where it would be less certain.
-pub fn unit_normal(triangle: &Triangle) -> Vec3 {
-    let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
+/// A triangle's numbers in a leaf: see [`Bvh8::leaves`].
+///
+/// Edges and normals are rounded once from numbers that are off by less than `2^-30`. Where a normal
+/// would be less certain it is zero, and so are the last number and all that follows from them, which
+/// then is in doubt. A triangle that has no area for certain is one that lines miss: its last number
+/// is far below zero.
+fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
+    const NO_AREA: f32 = -1e30;
+    let corners = triangle.0.map(|v| v.as_dvec3());
+    let [a, b, c] = corners;
     let (ab, ac) = (b - a, c - a);
-    let normal = ab.cross(ac);
+    let cross = ab.cross(ac);
+    let largest = ab.abs().max(ac.abs()).max_element();
+    // A power of two that is no smaller, so that scaling rounds nothing.
+    let scale = f64::from_bits(((largest.to_bits() >> 52) + 1) << 52);
     // Products of two edges lose at most 2^-51 of their lengths.
-    let scale = ab.length() * ac.length();
-    let length = normal.length();
-    let certain = length > scale / f64::from(1 << 20) && length > 1e-60;
-    if certain { (normal / length).as_vec3() } else { Vec3::ZERO }
+    let (length, lengths) = (cross.length(), ab.length() * ac.length());
+    let (normal, height) = if length > lengths / f64::from(1 << 20) && length > 1e-250 {
+        (cross / length, length / scale)
+    } else if cross == DVec3::ZERO && is_difference(a, b, ab) && is_difference(a, c, ac) {
+        // With exact differences and products, nothing but a difference of equal numbers is zero.
+        (DVec3::splat(3f64.sqrt().recip()), f64::from(NO_AREA))
+    } else {
+        (DVec3::ZERO, 0.0)
+    };
+    let (ab, ac) =
+        if height < 0.0 { (DVec3::ZERO, DVec3::ZERO) } else { (-ab / scale, ac / scale) };
+    let [first, second, normal] = [ab, ac, normal].map(|v| v.as_vec3().to_array());
+    let [a, b, c] = triangle.0[0].to_array();
+    let [d, e, f] = first;
+    let [g, h, i] = second;
+    let [j, k, l] = normal;
+    [a, b, c, d, e, f, g, h, i, j, k, l, height as f32]
+}
+
+/// Whether `to - from` is `difference` without rounding: then both can be had back from it.
+fn is_difference(from: DVec3, to: DVec3, difference: DVec3) -> bool {
+    from + difference == to && to - difference == from
+}
+
+/// Writes a leaf of these triangles, at most [`MAX_WIDE_LEAF`], into its block of [`LEAF_ROWS`]
+/// numbers for each: see [`Bvh8::leaves`].
+pub(crate) fn write_leaf(block: &mut [f32], triangles: &[Triangle]) {
+    let count = triangles.len();
+    debug_assert_eq!(block.len(), count * LEAF_ROWS);
+    for (index, triangle) in triangles.iter().enumerate() {
+        for (row, number) in leaf_numbers(triangle).into_iter().enumerate() {
+            block[row * count + index] = number;
+        }
+    }
 }
 
 /// An eight-wide tree over the triangles of a mesh.
@@ -91,10 +131,11 @@ pub struct Bvh8 {
     pub root: Option<ChildRef>,
     /// Box around all triangles.
     pub bounds: Aabb,
-    /// The triangles, leaf by leaf: a leaf of `n` triangles from slot `s` on has a block of twelve
-    /// rows of `n` numbers from `12 s` on, x, y and z of the first corners, of the second and third
-    /// ones, and of unit normals (see [`unit_normal`]). Ends with padding for kernels that read eight
-    /// numbers of the last row.
+    /// The triangles, leaf by leaf: a leaf of `n` triangles from slot `s` on has a block of thirteen
+    /// rows of `n` numbers from `13 s` on. With the corners `a`, `b` and `c` and a power of two `l` no
+    /// smaller than the largest component of `b - a` and `c - a`: x, y and z of `a`, of `(a - b) / l`,
+    /// of `(c - a) / l` and of the unit normal, and the length of `(b - a) x (c - a)` over `l`. Ends
+    /// with padding for kernels that read eight numbers of the last row.
     pub leaves: Vec<f32>,
     /// For each slot, the triangle's index in the mesh.
     pub triangle_ids: Vec<u32>,
@@ -128,16 +169,6 @@ impl Bvh8 {
     pub fn leaf_count(&self) -> usize {
         let children: usize = self.nodes.iter().map(|node| node.len as usize).sum();
         self.root.map_or(0, |_| children + 1 - self.nodes.len())
-    }
-
-    /// Triangle `index` of a leaf.
-    #[inline]
-    pub fn triangle(&self, leaf: ChildRef, index: usize) -> Triangle {
-        let slots = leaf.leaf_slots();
-        let block = &self.leaves[slots.start * LEAF_ROWS..slots.end * LEAF_ROWS];
-        let at = |row: usize| block[row * slots.len() + index];
-        let vector = |row: usize| Vec3::new(at(row), at(row + 1), at(row + 2));
-        Triangle([vector(0), vector(3), vector(6)])
     }
 
     /// Checks everything that traversal relies on: every triangle of `mesh` in one leaf, with its
@@ -184,17 +215,21 @@ impl Bvh8 {
                 return Err(format!("leaf {slots:?} is too large"));
             }
             let mut bounds = Aabb::EMPTY;
-            for (index, slot) in slots.clone().enumerate() {
+            let mut triangles = Vec::with_capacity(slots.len());
+            for slot in slots.clone() {
                 let id = self.triangle_ids.get(slot).map_or(usize::MAX, |&id| id as usize);
                 if seen.get(id).is_none_or(|&seen| seen) {
                     return Err(format!("leaf {slots:?}: slot {slot} is out of range or shared"));
                 }
                 seen[id] = true;
-                let triangle = self.triangle(child, index);
-                if triangle != mesh.triangle(id) {
-                    return Err(format!("slot {slot} has other corners than triangle {id}"));
-                }
-                bounds = bounds.union(triangle.bounds());
+                triangles.push(mesh.triangle(id));
+                bounds = bounds.union(mesh.triangle(id).bounds());
+            }
+            let mut expected = vec![0.0; slots.len() * LEAF_ROWS];
+            write_leaf(&mut expected, &triangles);
+            let block = self.leaves.get(slots.start * LEAF_ROWS..slots.end * LEAF_ROWS);
+            if block.is_none_or(|block| *block != *expected) {
+                return Err(format!("leaf {slots:?} has other corners than its triangles"));
             }
             return Ok(bounds);
         }

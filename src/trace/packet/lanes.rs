@@ -5,12 +5,15 @@
 
 use super::PACKET_SIZE;
 use crate::geometry::{Aabb, Triangle};
-use crate::intersect::PreparedRay;
+use crate::intersect::{Mode, PreparedRay};
 
 /// Rays that are computed together.
 pub(super) const LANES: usize = 8;
 
 type Wide = [f32; LANES];
+
+/// As the scalar test has it.
+const UNDERFLOW: f32 = 1.0 / (1u128 << 126) as f32;
 
 /// The bits of one group's rays.
 #[inline(always)]
@@ -30,6 +33,8 @@ struct Group {
     /// In the order of the ray's sheared axes.
     origin: [Wide; 3],
     shear: [Wide; 2],
+    /// Edge functions beyond this times the corners' distance count; 0 where signs alone do.
+    edge_slack: Wide,
 }
 
 const EMPTY: Group = Group {
@@ -40,6 +45,7 @@ const EMPTY: Group = Group {
     box_t_max: [0.0; LANES],
     origin: [[0.0; LANES]; 3],
     shear: [[0.0; LANES]; 2],
+    edge_slack: [0.0; LANES],
 };
 
 /// The rays of a packet in groups.
@@ -52,7 +58,7 @@ pub(super) struct Lanes {
 }
 
 impl Lanes {
-    pub(super) fn new(rays: &[Option<PreparedRay>; PACKET_SIZE]) -> Self {
+    pub(super) fn new(rays: &[Option<PreparedRay>; PACKET_SIZE], mode: Mode) -> Self {
         let mut groups = [EMPTY; PACKET_SIZE / LANES];
         for (index, ray) in rays.iter().enumerate() {
             let Some(ray) = ray else { continue };
@@ -66,6 +72,9 @@ impl Lanes {
             }
             for (shears, factor) in group.shear.iter_mut().zip(shear.factors) {
                 shears[lane] = factor;
+            }
+            if mode == Mode::Exact {
+                group.edge_slack[lane] = ray.edge_slack();
             }
             group.box_t_min[lane] = slabs.t_min;
             group.box_t_max[lane] = slabs.t_max;
@@ -89,12 +98,12 @@ impl Lanes {
         }
     }
 
-    /// Those rays of a group that may hit `triangle`: no sign in `f32` speaks against it, if all rays
-    /// are sheared along one axis; else all.
+    /// Those rays of a group that may hit `triangle`: no sign in `f32` speaks against it, in exact mode
+    /// none that is certain, if all rays are sheared along one axis; else all.
     #[inline]
-    pub(super) fn may_hit(&self, group: usize, triangle: &Triangle) -> u64 {
+    pub(super) fn may_hit(&self, mode: Mode, group: usize, triangle: &Triangle) -> u64 {
         match self.shear_axes {
-            Some(axes) => self.groups[group].accepts(axes, triangle),
+            Some(axes) => self.groups[group].accepts(mode, axes, triangle),
             None => (1 << LANES) - 1,
         }
     }
@@ -104,6 +113,12 @@ impl Lanes {
 fn agreed<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
     let first = values.next()?;
     values.all(|value| value == first).then_some(first)
+}
+
+/// One instruction; what overflows is in doubt either way.
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 /// One bit for each lane.
@@ -150,7 +165,7 @@ impl Group {
     }
 
     #[inline(always)]
-    fn accepts(&self, axes: [usize; 3], triangle: &Triangle) -> u64 {
+    fn accepts(&self, mode: Mode, axes: [usize; 3], triangle: &Triangle) -> u64 {
         let [a, b, c] = triangle.0;
         let [a, b, c] = [self.project(axes, a), self.project(axes, b), self.project(axes, c)];
         let mut inside = [0; LANES];
@@ -158,8 +173,16 @@ impl Group {
             let u = c[0][lane] * b[1][lane] - c[1][lane] * b[0][lane];
             let v = a[0][lane] * c[1][lane] - a[1][lane] * c[0][lane];
             let w = b[0][lane] * a[1][lane] - b[1][lane] * a[0][lane];
-            let below = (u < 0.0) | (v < 0.0) | (w < 0.0);
-            let above = (u > 0.0) | (v > 0.0) | (w > 0.0);
+            let slack = match mode {
+                Mode::Fast => 0.0,
+                Mode::Exact => {
+                    let far = |p: &[Wide; 2]| p[0][lane].abs() + p[1][lane].abs();
+                    let farthest = larger(larger(far(&a), far(&b)), far(&c));
+                    self.edge_slack[lane] * farthest + UNDERFLOW
+                }
+            };
+            let below = (u < -slack) | (v < -slack) | (w < -slack);
+            let above = (u > slack) | (v > slack) | (w > slack);
             inside[lane] = u32::from(!(below & above));
         }
         packed(inside)

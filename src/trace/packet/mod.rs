@@ -19,9 +19,10 @@
 mod interval;
 mod lanes;
 
+use super::Counter;
 use super::single::{FarFirst, FirstChild, Fixed, NearFirst};
 use crate::geometry::Aabb;
-use crate::intersect::PreparedRay;
+use crate::intersect::{PreparedRay, Stage, TriangleTest};
 use crate::ray::{Ray, VisitCounts};
 use crate::tree::{Bvh2, ChildRef, MAX_DEPTH, Plan};
 use interval::Interval;
@@ -40,6 +41,8 @@ pub trait PacketCounter {
     fn node(&mut self, active: u64);
     /// These rays were tested against a triangle.
     fn triangle(&mut self, tested: u64);
+    /// The test of this ray was settled by this arithmetic.
+    fn settled(&mut self, ray: usize, by: Stage);
 }
 
 impl PacketCounter for super::NoCount {
@@ -47,6 +50,8 @@ impl PacketCounter for super::NoCount {
     fn node(&mut self, _active: u64) {}
     #[inline(always)]
     fn triangle(&mut self, _tested: u64) {}
+    #[inline(always)]
+    fn settled(&mut self, _ray: usize, _by: Stage) {}
 }
 
 /// One element for each ray.
@@ -57,17 +62,26 @@ impl PacketCounter for &mut [VisitCounts] {
     fn triangle(&mut self, tested: u64) {
         bits(tested).for_each(|ray| self[ray].triangles += 1);
     }
+    fn settled(&mut self, ray: usize, by: Stage) {
+        Counter::settled(&mut self[ray], by);
+    }
 }
 
 /// For each of up to [`PACKET_SIZE`] rays, whether anything is in its way, from the lowest bit on.
 ///
 /// # Panics
 /// If there are more rays.
-pub fn any_hit<C: PacketCounter>(tree: &Bvh2, plan: &Plan, rays: &[Ray], counter: C) -> u64 {
+pub fn any_hit<T: TriangleTest, C: PacketCounter>(
+    tree: &Bvh2,
+    plan: &Plan,
+    test: T,
+    rays: &[Ray],
+    counter: C,
+) -> u64 {
     match plan {
-        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), rays, counter),
-        Plan::Near => any_hit_by(tree, &NearFirst, rays, counter),
-        Plan::Far => any_hit_by(tree, &FarFirst, rays, counter),
+        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), test, rays, counter),
+        Plan::Near => any_hit_by(tree, &NearFirst, test, rays, counter),
+        Plan::Far => any_hit_by(tree, &FarFirst, test, rays, counter),
     }
 }
 
@@ -93,14 +107,15 @@ struct Pending {
     first: u32,
 }
 
-fn any_hit_by<F: FirstChild, C: PacketCounter>(
+fn any_hit_by<F: FirstChild, T: TriangleTest, C: PacketCounter>(
     tree: &Bvh2,
     order: &F,
+    test: T,
     rays: &[Ray],
     mut counter: C,
 ) -> u64 {
     let Some(root) = tree.root else { return 0 };
-    let packet = Packet::new(tree, rays);
+    let packet = Packet::new(tree, test, rays);
     let mut active = packet.valid;
     let Some(mut first) = packet.first_to_meet(&tree.bounds, active) else { return 0 };
     let (mut current, mut bounds) = (root, &tree.bounds);
@@ -171,7 +186,8 @@ fn any_hit_by<F: FirstChild, C: PacketCounter>(
     }
 }
 
-struct Packet {
+struct Packet<T> {
+    test: T,
     rays: [Option<PreparedRay>; PACKET_SIZE],
     /// The rays that can hit anything, one bit each.
     valid: u64,
@@ -179,9 +195,9 @@ struct Packet {
     interval: Interval,
 }
 
-impl Packet {
+impl<T: TriangleTest> Packet<T> {
     #[inline]
-    fn new(tree: &Bvh2, rays: &[Ray]) -> Self {
+    fn new(tree: &Bvh2, test: T, rays: &[Ray]) -> Self {
         assert!(rays.len() <= PACKET_SIZE, "{} rays in a packet", rays.len());
         let mut prepared = [None; PACKET_SIZE];
         let mut valid = 0;
@@ -189,9 +205,9 @@ impl Packet {
             *prepared = PreparedRay::new(ray, &tree.bounds);
             valid |= u64::from(prepared.is_some()) << index;
         }
-        let lanes = Lanes::new(&prepared);
+        let lanes = Lanes::new(&prepared, T::MODE);
         let interval = Interval::around(prepared.iter().flatten());
-        Self { rays: prepared, valid, lanes, interval }
+        Self { test, rays: prepared, valid, lanes, interval }
     }
 
     #[inline(always)]
@@ -251,12 +267,12 @@ impl Packet {
                 if of_group == 0 {
                     continue;
                 }
-                let candidates = self.lanes.may_hit(group, triangle) & of_group;
+                let candidates = self.lanes.may_hit(T::MODE, group, triangle) & of_group;
                 for lane in bits(candidates) {
                     let index = group * LANES + lane;
-                    if self.ray(index as u32).triangle(triangle).is_some() {
-                        hits |= 1 << index;
-                    }
+                    let (hit, by) = self.test.hits(self.ray(index as u32), triangle);
+                    counter.settled(index, by);
+                    hits |= u64::from(hit) << index;
                 }
             }
             tested &= !hits;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::build;
 use crate::geometry::{TriangleMesh, Vec3};
+use crate::intersect::{Exact, Fast};
 use crate::test_random::Random;
 use crate::trace::{NoCount, single};
 use crate::tree::NodeBits;
@@ -15,16 +16,21 @@ fn plans(tree: &Bvh2) -> [Plan; 3] {
 }
 
 fn assert_as_single(tree: &Bvh2, rays: &[Ray]) -> u64 {
+    assert_mode_as_single(tree, rays, Exact);
+    assert_mode_as_single(tree, rays, Fast)
+}
+
+fn assert_mode_as_single<T: TriangleTest>(tree: &Bvh2, rays: &[Ray], test: T) -> u64 {
     let expected = |plan: &Plan| {
-        let hits = rays.iter().map(|ray| single::any_hit(tree, plan, ray, &mut NoCount));
+        let hits = rays.iter().map(|ray| single::any_hit(tree, plan, test, ray, &mut NoCount));
         hits.enumerate().fold(0, |mask, (i, hit)| mask | u64::from(hit) << i)
     };
     let plans = plans(tree);
     for plan in &plans {
         let expected = expected(plan);
-        assert_eq!(any_hit(tree, plan, rays, NoCount), expected, "{plan:?} {rays:?}");
+        assert_eq!(any_hit(tree, plan, test, rays, NoCount), expected, "{plan:?} {rays:?}");
         let mut counts = vec![VisitCounts::default(); rays.len()];
-        assert_eq!(any_hit(tree, plan, rays, counts.as_mut_slice()), expected, "{plan:?}");
+        assert_eq!(any_hit(tree, plan, test, rays, counts.as_mut_slice()), expected, "{plan:?}");
         assert!((0..rays.len()).all(|i| expected >> i & 1 == 0 || counts[i].triangles > 0));
     }
     expected(&plans[0])
@@ -93,7 +99,7 @@ fn packets_that_nothing_stops_visit_the_same_nodes_under_every_plan() {
         rays.iter_mut().for_each(|ray| ray.t_max = 0.3);
         let counts = |plan| {
             let mut counts = vec![VisitCounts::default(); rays.len()];
-            (any_hit(&tree, plan, &rays, counts.as_mut_slice()), counts)
+            (any_hit(&tree, plan, Exact, &rays, counts.as_mut_slice()), counts)
         };
         let plans = plans(&tree);
         let (hits, expected) = counts(&plans[0]);

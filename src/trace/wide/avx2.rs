@@ -1,7 +1,7 @@
 //! The vector operations of x86-64 processors with AVX2 and FMA.
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
-use super::simd::{LANES, Simd, numbers};
+use super::simd::{LANES, Simd, Vector, numbers};
 use crate::ray::Ray;
 use std::arch::x86_64::*;
 
@@ -37,28 +37,13 @@ macro_rules! avx2 {
     };
 }
 
-impl Simd for Avx2 {
+impl Vector for Avx2 {
     type Floats = __m256;
     type Mask = __m256;
 
     #[inline(always)]
-    fn run<R>(self, work: impl FnOnce() -> R) -> R {
-        // SAFETY: `self` shows that the processor has the features.
-        unsafe { enabled(work) }
-    }
-    #[inline(always)]
     fn splat(self, value: f32) -> __m256 {
         avx2!(_mm256_set1_ps(value))
-    }
-    #[inline(always)]
-    fn load(self, from: &[f32; LANES]) -> __m256 {
-        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be read.
-        unsafe { _mm256_loadu_ps(from.as_ptr()) }
-    }
-    #[inline(always)]
-    fn store(self, to: &mut [f32; LANES], value: __m256) {
-        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be written.
-        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), value) }
     }
     #[inline(always)]
     fn add(self, a: __m256, b: __m256) -> __m256 {
@@ -77,6 +62,10 @@ impl Simd for Avx2 {
         avx2!(_mm256_div_ps(a, b))
     }
     #[inline(always)]
+    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        avx2!(_mm256_fmadd_ps(a, b, c))
+    }
+    #[inline(always)]
     fn mul_sub(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         avx2!(_mm256_fmsub_ps(a, b, c))
     }
@@ -91,13 +80,6 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn abs(self, a: __m256) -> __m256 {
         avx2!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a))
-    }
-    #[inline(always)]
-    fn copysign(self, magnitude: __m256, sign: __m256) -> __m256 {
-        avx2!(_mm256_or_ps(
-            _mm256_andnot_ps(_mm256_set1_ps(-0.0), magnitude),
-            _mm256_and_ps(_mm256_set1_ps(-0.0), sign)
-        ))
     }
     #[inline(always)]
     fn flip_sign(self, a: __m256, sign: __m256) -> __m256 {
@@ -120,12 +102,26 @@ impl Simd for Avx2 {
         avx2!(_mm256_or_ps(a, b))
     }
     #[inline(always)]
-    fn select(self, mask: __m256, yes: __m256, no: __m256) -> __m256 {
-        avx2!(_mm256_blendv_ps(no, yes, mask))
+    fn bits(self, mask: __m256) -> u64 {
+        u64::from(avx2!(_mm256_movemask_ps(mask)) as u32)
+    }
+}
+
+impl Simd for Avx2 {
+    #[inline(always)]
+    fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        // SAFETY: `self` shows that the processor has the features.
+        unsafe { enabled(work) }
     }
     #[inline(always)]
-    fn bits(self, mask: __m256) -> u32 {
-        avx2!(_mm256_movemask_ps(mask)) as u32
+    fn load(self, from: &[f32; LANES]) -> __m256 {
+        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be read.
+        unsafe { _mm256_loadu_ps(from.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32; LANES], value: __m256) {
+        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be written.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), value) }
     }
     #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [__m256; LANES] {

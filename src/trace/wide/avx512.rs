@@ -3,7 +3,7 @@
 
 use super::avx2::Avx2;
 use super::rays::Row;
-use super::simd::Wide;
+use super::simd::{Vector, Wide};
 use std::arch::x86_64::*;
 
 /// Shows that the processor has AVX-512F, BW, DQ and VL, besides all of [`Avx2`]'s instructions:
@@ -44,19 +44,13 @@ macro_rules! avx512 {
     };
 }
 
-impl Wide for Avx512 {
-    const GROUP: usize = 16;
+impl Vector for Avx512 {
     type Floats = __m512;
+    type Mask = __mmask16;
 
     #[inline(always)]
     fn splat(self, value: f32) -> __m512 {
         avx512!(_mm512_set1_ps(value))
-    }
-    #[inline(always)]
-    fn load(self, row: &Row, group: usize) -> __m512 {
-        let numbers: &[f32; Self::GROUP] = &row.0.as_chunks().0[group];
-        // SAFETY: as in `avx512!`; the sixteen numbers behind the reference may be read.
-        unsafe { _mm512_loadu_ps(numbers.as_ptr()) }
     }
     #[inline(always)]
     fn add(self, a: __m512, b: __m512) -> __m512 {
@@ -71,6 +65,14 @@ impl Wide for Avx512 {
         avx512!(_mm512_mul_ps(a, b))
     }
     #[inline(always)]
+    fn div(self, a: __m512, b: __m512) -> __m512 {
+        avx512!(_mm512_div_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul_add(self, a: __m512, b: __m512, c: __m512) -> __m512 {
+        avx512!(_mm512_fmadd_ps(a, b, c))
+    }
+    #[inline(always)]
     fn mul_sub(self, a: __m512, b: __m512, c: __m512) -> __m512 {
         avx512!(_mm512_fmsub_ps(a, b, c))
     }
@@ -83,19 +85,48 @@ impl Wide for Avx512 {
         avx512!(_mm512_max_ps(a, b))
     }
     #[inline(always)]
-    fn less_equal(self, a: __m512, b: __m512) -> u64 {
-        u64::from(avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)))
-    }
-    #[inline(always)]
-    fn less(self, a: __m512, b: __m512) -> u64 {
-        u64::from(avx512!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)))
-    }
-    #[inline(always)]
     fn abs(self, a: __m512) -> __m512 {
         avx512!(_mm512_abs_ps(a))
     }
     #[inline(always)]
     fn flip_sign(self, a: __m512, sign: __m512) -> __m512 {
         avx512!(_mm512_xor_ps(a, _mm512_and_ps(_mm512_set1_ps(-0.0), sign)))
+    }
+    #[inline(always)]
+    fn less(self, a: __m512, b: __m512) -> __mmask16 {
+        avx512!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn less_equal(self, a: __m512, b: __m512) -> __mmask16 {
+        avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn both(self, a: __mmask16, b: __mmask16) -> __mmask16 {
+        a & b
+    }
+    #[inline(always)]
+    fn either(self, a: __mmask16, b: __mmask16) -> __mmask16 {
+        a | b
+    }
+    #[inline(always)]
+    fn bits(self, mask: __mmask16) -> u64 {
+        mask.into()
+    }
+}
+
+impl Wide for Avx512 {
+    const GROUP: usize = 16;
+
+    #[inline(always)]
+    fn load(self, row: &Row, group: usize) -> __m512 {
+        let numbers: &[f32; Self::GROUP] = &row.0.as_chunks().0[group];
+        // SAFETY: as in `avx512!`; the sixteen numbers behind the reference may be read.
+        unsafe { _mm512_loadu_ps(numbers.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(self, row: &mut Row, group: usize, value: __m512) {
+        let numbers: &mut [f32; Self::GROUP] = &mut row.0.as_chunks_mut().0[group];
+        // SAFETY: as in `avx512!`; the sixteen numbers behind the reference may be written.
+        unsafe { _mm512_storeu_ps(numbers.as_mut_ptr(), value) }
     }
 }

@@ -1,7 +1,9 @@
 //! The closest hit of one ray, front to back.
 
-use super::leaf::{Line, passed_through};
+use super::leaf::{EDGE_SLACK_FAST, END_SLACK, Lines, SLOPE_SLACK, UNDERFLOW, facets_of, test};
+use super::rays::{extent_from, is_plain};
 use super::simd::{LANES, Simd};
+use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::PreparedRay;
 use crate::ray::{Hit, Ray};
 use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
@@ -53,22 +55,41 @@ impl<S: Simd> Slabs<S> {
         }
         let mut entries = [0.0; LANES];
         s.store(&mut entries, entry);
-        (s.bits(s.less_equal(entry, exit)) & node.occupied(), entries)
+        (s.bits(s.less_equal(entry, exit)) as u32 & node.occupied(), entries)
+    }
+}
+
+/// What [`Rays`](super::rays::Rays) computes of a ray in the plain mode, but for the cut interval.
+#[inline(always)]
+fn line<S: Simd>(s: S, ray: &Ray, bounds: &Aabb) -> Lines<S> {
+    let d = ray.direction.abs();
+    let (length, extent) = (d.x + d.y + d.z, extent_from(ray, bounds));
+    let usable = if is_plain(ray, extent) { 1.0 } else { f32::NAN };
+    let end_slack = |t: f32| s.splat(t.abs() * length * END_SLACK + UNDERFLOW);
+    Lines {
+        origin: ray.origin.to_array().map(|o| s.splat(o)),
+        direction: ray.direction.to_array().map(|d| s.splat(d * usable)),
+        start: s.splat(ray.t_min),
+        end: s.splat(ray.t_max),
+        slope_slack: s.splat(length * SLOPE_SLACK),
+        edge_slack: s.splat(extent * length * EDGE_SLACK_FAST + UNDERFLOW),
+        start_slack: end_slack(ray.t_min),
+        end_slack: end_slack(ray.t_max),
     }
 }
 
 /// The closest hit; ties go to the lower triangle index.
 #[inline(always)]
-pub(super) fn closest_hit<S: Simd>(s: S, tree: &Bvh8, ray: &Ray) -> Option<Hit> {
+pub(super) fn closest_hit<S: Simd>(
+    s: S,
+    tree: &Bvh8,
+    mesh: &TriangleMesh,
+    ray: &Ray,
+) -> Option<Hit> {
     let root = tree.root?;
     let prepared = PreparedRay::new(ray, &tree.bounds)?;
     let slabs = Slabs::new(s, &prepared);
-    let line = prepared.shear();
-    let line = Line {
-        axes: line.axes,
-        origin: line.axes.map(|axis| line.origin[axis]),
-        factors: line.factors,
-    };
+    let line = line(s, ray, &tree.bounds);
     let mut stack = [(ChildRef::UNUSED, 0.0f32); MAX_WIDE_DEPTH * (WIDTH - 1) + 1];
     stack[0] = (root, prepared.enter(&tree.bounds)?);
     let mut pending = 1;
@@ -82,13 +103,14 @@ pub(super) fn closest_hit<S: Simd>(s: S, tree: &Bvh8, ray: &Ray) -> Option<Hit> 
             continue;
         }
         if child.is_leaf() {
-            let first = child.leaf_slots().start;
-            let mut candidates = passed_through(s, tree, child, &line).candidates;
+            let ids = &tree.triangle_ids[child.leaf_slots()];
+            let misses = test(s, &facets_of(s, tree, child), &line).misses;
+            let mut candidates = !misses & ((1 << ids.len()) - 1);
             while candidates != 0 {
-                let index = candidates.trailing_zeros() as usize;
+                let id = ids[candidates.trailing_zeros() as usize];
                 candidates &= candidates - 1;
-                if let Some(t) = prepared.triangle(&tree.triangle(child, index)) {
-                    let candidate = (t, tree.triangle_ids[first + index]);
+                if let Some(t) = prepared.triangle(&mesh.triangle(id as usize)) {
+                    let candidate = (t, id);
                     if best.is_none_or(|best| candidate < best) {
                         best = Some(candidate);
                     }

@@ -1,9 +1,9 @@
 //! A group of rays, as many as a register holds numbers, against one box or triangle after the
 //! other. All rays of a group go into one octant, so that they enter a box by the same planes.
 
-use super::leaf::{HEIGHT_SLACK, UNDERFLOW};
+use super::leaf::{Facets, Lines, test};
 use super::occluders::Occluders;
-use super::rays::{Rays, STREAM};
+use super::rays::{Rays, STREAM, load_3};
 use super::simd::{LANES, Wide};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
@@ -19,7 +19,7 @@ pub(super) fn of_group<W: Wide>(mask: u64, group: usize) -> u64 {
 pub(super) fn node_by_group<W: Wide>(
     w: W,
     node: &Node8,
-    rays: &Rays,
+    rays: &Rays<'_>,
     active: u64,
 ) -> ([u64; WIDTH], u32) {
     let mut met = [0; WIDTH];
@@ -45,7 +45,7 @@ pub(super) fn node_by_group<W: Wide>(
             let leaves_z = w.mul_sub(w.splat(planes_z[1 - side_z][slot]), rz, fz);
             let entry = w.max(enters_z, w.max(enters_y, w.max(enters_x, t_min)));
             let exit = w.min(leaves_z, w.min(leaves_y, w.min(leaves_x, t_max)));
-            let meet = w.less_equal(entry, exit) & here;
+            let meet = w.bits(w.less_equal(entry, exit)) & here;
             met[slot] |= meet << (group * W::GROUP);
             any |= u32::from(meet != 0) << slot;
         }
@@ -53,25 +53,16 @@ pub(super) fn node_by_group<W: Wide>(
     (met, any)
 }
 
+/// Those of the active rays that a triangle of a leaf stops.
 #[inline(always)]
-fn load_3<W: Wide>(w: W, rows: &[super::rays::Row; 3], group: usize) -> [W::Floats; 3] {
-    [w.load(&rows[0], group), w.load(&rows[1], group), w.load(&rows[2], group)]
-}
-
-/// Those of the active rays that a triangle of a leaf stops. Steps and bounds are those of
-/// [`hits_leaf`](super::leaf::hits_leaf).
-///
-/// The two sheared coordinates of a corner are sums of three products, of which one is with 1 and
-/// one with 0: these are exact, so the numbers are those of the watertight test. (Products of zero
-/// and infinity are NaN, which turns nothing away.)
-#[inline(always)]
-pub(super) fn leaf_by_group<W: Wide>(
+pub(super) fn leaf_by_group<W: Wide, C: PacketCounter>(
     w: W,
     tree: &Bvh8,
     leaf: ChildRef,
-    rays: &Rays,
+    rays: &Rays<'_>,
     active: u64,
     occluders: &mut Occluders,
+    counter: &mut C,
 ) -> u64 {
     let mut all = 0;
     for group in 0..STREAM / W::GROUP {
@@ -80,8 +71,9 @@ pub(super) fn leaf_by_group<W: Wide>(
             continue;
         }
         let before = here;
+        let lines = lines_of(w, rays, group);
         for triangle in 0..leaf.leaf_slots().len() {
-            let hits = stopped_by(w, tree, leaf, triangle, rays, group, here);
+            let hits = stopped_by(w, tree, leaf, triangle, rays, &lines, group, here, counter);
             occluders.note(rays.octants[group], leaf, triangle, hits);
             here &= !hits;
             if here == 0 {
@@ -93,48 +85,55 @@ pub(super) fn leaf_by_group<W: Wide>(
     all
 }
 
+/// The rays of a group, one in each lane.
+#[inline(always)]
+fn lines_of<W: Wide>(w: W, rays: &Rays<'_>, group: usize) -> Lines<W> {
+    Lines {
+        origin: load_3(w, &rays.origin, group),
+        direction: load_3(w, &rays.direction, group),
+        start: w.load(&rays.start, group),
+        end: w.load(&rays.end, group),
+        slope_slack: w.load(&rays.slope_slack, group),
+        edge_slack: w.load(&rays.edge_slack, group),
+        start_slack: w.load(&rays.start_slack, group),
+        end_slack: w.load(&rays.end_slack, group),
+    }
+}
+
 /// Those of a group's active rays that one triangle of a leaf stops.
 #[inline(always)]
-pub(super) fn stopped_by<W: Wide>(
+#[expect(clippy::too_many_arguments, reason = "what the loops above have at hand")]
+fn stopped_by<W: Wide, C: PacketCounter>(
     w: W,
     tree: &Bvh8,
     leaf: ChildRef,
     triangle: usize,
-    rays: &Rays,
+    rays: &Rays<'_>,
+    lines: &Lines<W>,
     group: usize,
     active: u64,
+    counter: &mut C,
 ) -> u64 {
     let slots = leaf.leaf_slots();
     let count = slots.len();
-    let block = &tree.leaves[slots.start * LEAF_ROWS..slots.end * LEAF_ROWS];
-    let zero = w.splat(0.0);
-    let origin = load_3(w, &rays.origin, group);
-    let (first, second) = (load_3(w, &rays.across[0], group), load_3(w, &rays.across[1], group));
-    let mut corners = [[zero; 3]; 3];
-    let mut projected = [[zero; 2]; 3];
-    for corner in 0..3 {
-        for axis in 0..3 {
-            let number = block[(3 * corner + axis) * count + triangle];
-            corners[corner][axis] = w.sub(w.splat(number), origin[axis]);
-        }
-        projected[corner] = [dot(w, corners[corner], first), dot(w, corners[corner], second)];
-    }
-    let [a, b, c] = projected;
-    let uvt = [cross(w, c, b), cross(w, a, c), cross(w, b, a)];
-    let below = w.less(w.min(w.min(uvt[0], uvt[1]), uvt[2]), zero);
-    let above = w.less(zero, w.max(w.max(uvt[0], uvt[1]), uvt[2]));
-    let candidates = !(below & above) & active;
-    if candidates == 0 {
-        return 0;
-    }
-    let [x, y, z] = [9 * count, 10 * count, 11 * count];
-    let normal = [block[x + triangle], block[y + triangle], block[z + triangle]];
-    let (mut hits, mut doubtful) =
-        judge(w, rays, group, candidates, corners[0], projected, normal, uvt);
+    let block = &tree.leaves[slots.start * LEAF_ROWS + triangle..][..(LEAF_ROWS - 1) * count + 1];
+    let at = |row: usize| w.splat(block[row * count]);
+    let facets = Facets {
+        corner: [at(0), at(1), at(2)],
+        first: [at(3), at(4), at(5)],
+        second: [at(6), at(7), at(8)],
+        normal: [at(9), at(10), at(11)],
+        height: at(12),
+    };
+    let certain = test(w, &facets, lines);
+    let mut hits = certain.hits & active;
+    let mut doubtful = !(certain.misses | certain.hits) & active;
     while doubtful != 0 {
         let lane = doubtful.trailing_zeros() as usize;
         doubtful &= doubtful - 1;
-        let hit = rays.confirm(group * W::GROUP + lane, &tree.triangle(leaf, triangle));
+        let index = group * W::GROUP + lane;
+        let (hit, by) = rays.confirm(index, tree.triangle_ids[slots.start + triangle]);
+        counter.settled(index, by);
         hits |= u64::from(hit) << lane;
     }
     hits
@@ -145,7 +144,7 @@ pub(super) fn stopped_by<W: Wide>(
 pub(super) fn stopped_by_occluders<W: Wide, C: PacketCounter>(
     w: W,
     tree: &Bvh8,
-    rays: &Rays,
+    rays: &Rays<'_>,
     active: u64,
     occluders: &mut Occluders,
     counter: &mut C,
@@ -159,71 +158,13 @@ pub(super) fn stopped_by_occluders<W: Wide, C: PacketCounter>(
             #[inline(always)]
             |leaf, triangle, here| {
                 counter.triangle(here << (group * W::GROUP));
-                stopped_by(w, tree, leaf, triangle, rays, group, here)
+                let lines = lines_of(w, rays, group);
+                stopped_by(w, tree, leaf, triangle, rays, &lines, group, here, counter)
             },
         );
         all |= hits << (group * W::GROUP);
     }
     all
-}
-
-/// Which of the candidates hit a triangle for certain, and which may. `corner`, the first one, is
-/// relative to the origins; `projected` are all, across the lines.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "what the step before has in registers")]
-fn judge<W: Wide>(
-    w: W,
-    rays: &Rays,
-    group: usize,
-    mut candidates: u64,
-    corner: [W::Floats; 3],
-    projected: [[W::Floats; 2]; 3],
-    normal: [f32; 3],
-    uvt: [W::Floats; 3],
-) -> (u64, u64) {
-    let normal = [w.splat(normal[0]), w.splat(normal[1]), w.splat(normal[2])];
-    let direction = load_3(w, &rays.direction, group);
-    let [x, y, z] = corner;
-    let (height, slope) = (dot(w, normal, corner), dot(w, normal, direction));
-    let reach = w.add(w.add(w.abs(x), w.abs(y)), w.add(w.abs(z), w.splat(UNDERFLOW)));
-    let slack = w.mul(reach, w.splat(HEIGHT_SLACK));
-    let height = w.flip_sign(height, slope);
-    let slope = w.abs(slope);
-    let slope_slack = w.load(&rays.slope_slack, group);
-    let (start, end) = (w.load(&rays.start, group), w.load(&rays.end, group));
-    let (at_start, at_end) = (w.mul(start, slope), w.mul(end, slope));
-    let (start_slack, end_slack) =
-        (w.mul(w.abs(start), slope_slack), w.mul(w.abs(end), slope_slack));
-    let sure_of_side = w.less(slope_slack, slope);
-    let before = w.less(w.add(height, slack), w.sub(at_start, start_slack));
-    let after = w.less(w.add(at_end, end_slack), w.sub(height, slack));
-    candidates &= !((before | after) & sure_of_side);
-    if candidates == 0 {
-        return (0, 0);
-    }
-    let unbounded = w.less(w.splat(f32::MAX), end);
-    let product = w.abs(w.mul(w.mul(uvt[0], uvt[1]), uvt[2]));
-    let no_doubt = w.less_equal(w.splat(f32::MIN_POSITIVE), product)
-        & w.less_equal(product, w.splat(f32::MAX));
-    let started = w.less(w.add(at_start, start_slack), w.sub(height, slack));
-    let not_ended = unbounded | w.less(w.add(height, slack), w.sub(at_end, end_slack));
-    // As `clear_of_edges` of `leaf` has it.
-    let far = |p: [W::Floats; 2]| w.add(w.abs(p[0]), w.abs(p[1]));
-    let farthest = w.max(w.max(far(projected[0]), far(projected[1])), far(projected[2]));
-    let least = w.min(w.min(w.abs(uvt[0]), w.abs(uvt[1])), w.abs(uvt[2]));
-    let clear = w.less(w.mul(w.load(&rays.edge_slack, group), farthest), least);
-    let certain = candidates & sure_of_side & no_doubt & started & not_ended & clear;
-    (certain, candidates & !certain)
-}
-
-#[inline(always)]
-fn dot<W: Wide>(w: W, a: [W::Floats; 3], b: [W::Floats; 3]) -> W::Floats {
-    w.add(w.add(w.mul(a[0], b[0]), w.mul(a[1], b[1])), w.mul(a[2], b[2]))
-}
-
-#[inline(always)]
-fn cross<W: Wide>(w: W, p: [W::Floats; 2], q: [W::Floats; 2]) -> W::Floats {
-    w.sub(w.mul(p[0], q[1]), w.mul(p[1], q[0]))
 }
 
 /// Groups with an active ray.

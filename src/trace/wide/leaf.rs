@@ -1,210 +1,198 @@
-//! One ray against the triangles of a leaf.
+//! Lines against triangles: what rounding cannot change is settled here, for either
+//! [`Mode`](crate::intersect::Mode); what is left in doubt is given to the scalar test.
 //!
-//! In three steps, as most triangles fall at the first. The signs of the watertight test are
-//! computed as that test computes them, so they are the same; the plane's distance is bounded in
-//! `f32`, which turns away the surface that a shadow ray starts on; and a triangle that bounds
-//! show to be hit needs no more. What is left in doubt is given to the scalar test.
+//! # The numbers
 //!
-//! # The plane's distance
+//! With `C = a - o`, the edges `e1 = b - a` and `e2 = c - a`, the unit normal `n`, a power of two `l` that
+//! is no smaller than any component of an edge, and `h = |e1 x e2| / l`:
 //!
-//! `t = h / s` with `h = N (a - o)` and `s = N d`, for a unit normal `N`. With `u = 2^-24`: a
-//! component of the stored normal is off by `1.01 u` of itself (and `2^-30`, see [`normal`]), one of
-//! `a - o` by `u`, and products and sums by `3 u` of the sum of magnitudes. So `h` is off by less
-//! than `6 u |a - o|` and `s` by less than `6 u |d|`, in the norm that sums components; the rest of
-//! `8 u |d|` is for products with the ends of the interval.
+//! ```text
+//! D = n d    T = n C    U = (C x d) (e2 / l)    V = (C x d) (-e1 / l)    W = h D - U - V
+//! ```
+//!
+//! The line passes through the triangle if `U`, `V` and `W` have the sign of `D` or are zero, and meets
+//! the plane at `T / D`: see [`intersect::exact`](crate::intersect), of which these are multiples.
+//!
+//! # Their errors
+//!
+//! `u = 2^-24`, norms are sums of components. `C` has one rounding, so a component of `C x d` has
+//! three at most and all of them together are off by less than `3.01 u |C| |d|`. Components of `e / l`
+//! are at most 1, with one rounding; with three for the products and sums, `U` and `V` are off by less
+//! than `7.1 u |C| |d|`. Components of `n` are off by one rounding and `2^-30` (see
+//! [`Bvh8::leaves`]), so `D` is off by less than `4.2 u |d|`, `h D` by `6.5 u h |d|` and `W` by `19 u
+//! |C| |d| + 8.5 u h |d|`, its own rounding included. 20 times `u (|C| + h) |d|` covers all three, and
+//! `5 u |d|` the first. `T` is off by less than `5.2 u |C|`, and `T - t D` by `6.3 u |C| + 5.3 u |t|
+//! |d|`. Rays whose numbers might overflow are NaN here, of which no comparison holds; what underflow
+//! takes is less than the constant in each slack.
+//!
+//! # The plain test
+//!
+//! [`PreparedRay::triangle`](crate::intersect::PreparedRay) sees corners that are off by `6.5 u m` in
+//! each sheared coordinate, where `m` is the scene's extent from the origin, and is exact in what it
+//! makes of their signs. So it agrees where the line is further than `9.2 u m` from the triangle, or
+//! from its edges inside. In those coordinates an edge is no longer than `2.9 l`, so an edge function
+//! of `U` lies at `|U| / (2.9 |d|)`: with `28 u m |d|` on top of the slack of `U`, that is far enough. In
+//! the interval it compares `f64`, whose errors are far less than the slack here.
 
 use super::rays::Rays;
-use super::simd::{LANES, Simd};
+use super::simd::{LANES, Simd, Vector};
+use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS};
 
 const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
-pub(super) const HEIGHT_SLACK: f32 = 6.0 * UNIT;
-/// Keeps slack above what underflow takes: `2^-100`.
-pub(super) const UNDERFLOW: f32 = 1.0 / (1u128 << 100) as f32;
+/// Of `|d|`.
+pub(super) const SLOPE_SLACK: f32 = 5.0 * UNIT;
+/// Of `|C| + h`, in units of the slack of `D`.
+const EDGE_SLACK: f32 = 4.0;
+/// Of `m |d|`, more in [`Mode::Fast`](crate::intersect::Mode).
+pub(super) const EDGE_SLACK_FAST: f32 = 28.0 * UNIT;
+/// Of `|C|`.
+const HEIGHT_SLACK: f32 = 7.0 * UNIT;
+/// Of `|t| |d|`.
+pub(super) const END_SLACK: f32 = 6.0 * UNIT;
+/// Keeps slacks above what underflow takes.
+pub(super) const UNDERFLOW: f32 = f32::MIN_POSITIVE;
 
-/// A leaf's numbers, and what follows them.
-struct Block<'a> {
-    numbers: &'a [f32],
-    count: usize,
-}
-
-impl<'a> Block<'a> {
-    #[inline(always)]
-    fn of(tree: &'a Bvh8, leaf: ChildRef) -> Self {
-        let slots = leaf.leaf_slots();
-        Self { numbers: &tree.leaves[slots.start * LEAF_ROWS..], count: slots.len() }
-    }
-
-    /// A row, read whole: lanes beyond the last triangle hold something else.
-    #[inline(always)]
-    fn row<S: Simd>(&self, s: S, row: usize) -> S::Floats {
-        self.at(s, row * self.count)
-    }
-
-    #[inline(always)]
-    fn at<S: Simd>(&self, s: S, start: usize) -> S::Floats {
-        s.load(self.numbers[start..start + LANES].try_into().expect("eight numbers"))
-    }
-}
-
-/// What the signs of the watertight test are computed from.
+/// A triangle, or one in each lane: its rows in a leaf.
 #[derive(Clone, Copy)]
-pub(super) struct Line {
-    /// The last one being the direction's largest.
-    pub(super) axes: [usize; 3],
-    /// In the order of `axes`.
-    pub(super) origin: [f32; 3],
-    pub(super) factors: [f32; 2],
+pub(super) struct Facets<V: Vector> {
+    pub(super) corner: [V::Floats; 3],
+    /// `-e1 / l`.
+    pub(super) first: [V::Floats; 3],
+    /// `e2 / l`.
+    pub(super) second: [V::Floats; 3],
+    pub(super) normal: [V::Floats; 3],
+    pub(super) height: V::Floats,
 }
 
-impl Line {
-    #[inline(always)]
-    fn of(rays: &Rays, index: usize) -> Self {
-        const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
-        let [x, y, z] = &rays.turned_origin;
-        Self {
-            axes: AXES[rays.axis.0[index].to_bits() as usize & 3],
-            origin: [x.0[index], y.0[index], z.0[index]],
-            factors: [rays.shear[0].0[index], rays.shear[1].0[index]],
-        }
-    }
-
-    /// The corners whose rows begin there, in the order of `axes`, across the line.
-    #[inline(always)]
-    fn project<S: Simd>(&self, s: S, block: &Block<'_>, first: [usize; 3]) -> [S::Floats; 2] {
-        let z = s.sub(block.at(s, first[2]), s.splat(self.origin[2]));
-        let x = s.sub(block.at(s, first[0]), s.splat(self.origin[0]));
-        let y = s.sub(block.at(s, first[1]), s.splat(self.origin[1]));
-        [s.sub(x, s.mul(s.splat(self.factors[0]), z)), s.sub(y, s.mul(s.splat(self.factors[1]), z))]
-    }
+/// A ray, or one in each lane.
+#[derive(Clone, Copy)]
+pub(super) struct Lines<V: Vector> {
+    pub(super) origin: [V::Floats; 3],
+    pub(super) direction: [V::Floats; 3],
+    pub(super) start: V::Floats,
+    pub(super) end: V::Floats,
+    pub(super) slope_slack: V::Floats,
+    pub(super) edge_slack: V::Floats,
+    pub(super) start_slack: V::Floats,
+    pub(super) end_slack: V::Floats,
 }
 
+/// What is certain of lines and triangles, one bit each.
+#[derive(Clone, Copy)]
+pub(super) struct Certain {
+    pub(super) misses: u64,
+    pub(super) hits: u64,
+}
+
+/// Tests in all lanes.
 #[inline(always)]
-fn cross<S: Simd>(s: S, p: [S::Floats; 2], q: [S::Floats; 2]) -> S::Floats {
-    s.sub(s.mul(p[0], q[1]), s.mul(p[1], q[0]))
+pub(super) fn test<V: Vector>(v: V, facets: &Facets<V>, lines: &Lines<V>) -> Certain {
+    let to_corner: [V::Floats; 3] =
+        std::array::from_fn(|i| v.sub(facets.corner[i], lines.origin[i]));
+    let moment = v.cross(to_corner, lines.direction);
+    let slope = v.dot(facets.normal, lines.direction);
+    let turned = |value| v.flip_sign(value, slope);
+    let first = turned(v.dot(moment, facets.second));
+    let second = turned(v.dot(moment, facets.first));
+    let height = turned(v.dot(facets.normal, to_corner));
+    let slope = v.abs(slope);
+    let third = v.sub(v.mul_sub(slope, facets.height, first), second);
+    let [x, y, z] = to_corner.map(|c| v.abs(c));
+    let reach = v.add(v.add(x, y), z);
+    let scale = v.mul(lines.slope_slack, v.splat(EDGE_SLACK));
+    let edge_slack = v.mul_add(scale, v.add(reach, facets.height), lines.edge_slack);
+    let least = v.min(v.min(first, second), third);
+    let sure = v.less(lines.slope_slack, slope);
+    // How far the plane lies before the start and the end.
+    let to_start = v.mul_sub(lines.start, slope, height);
+    let to_end = v.mul_sub(lines.end, slope, height);
+    let start_slack = v.mul_add(reach, v.splat(HEIGHT_SLACK), lines.start_slack);
+    let end_slack = v.mul_add(reach, v.splat(HEIGHT_SLACK), lines.end_slack);
+    let minus = |value| v.sub(v.splat(0.0), value);
+    let beside = v.less(least, minus(edge_slack));
+    let outside = v.either(v.less(start_slack, to_start), v.less(to_end, minus(end_slack)));
+    let through = v.less(edge_slack, least);
+    let within = v.both(v.less(to_start, minus(start_slack)), v.less(end_slack, to_end));
+    Certain {
+        misses: v.bits(v.both(sure, v.either(beside, outside))),
+        hits: v.bits(v.both(sure, v.both(through, within))),
+    }
 }
 
-/// What a line finds in a leaf.
-pub(super) struct Passed<S: Simd> {
-    /// The triangles that no sign speaks against, one bit each.
-    pub(super) candidates: u32,
-    /// The corners across the line.
-    corners: [[S::Floats; 2]; 3],
-    /// The signs' numbers.
-    uvw: [S::Floats; 3],
-}
-
-/// The triangles of a leaf that the line passes through.
+/// Ray `index` in all lanes.
 #[inline(always)]
-pub(super) fn passed_through<S: Simd>(s: S, tree: &Bvh8, leaf: ChildRef, line: &Line) -> Passed<S> {
-    let block = Block::of(tree, leaf);
-    let [x, y, z] = line.axes;
-    let step = block.count * 3;
-    let first = [x * block.count, y * block.count, z * block.count];
-    let a = line.project(s, &block, first);
-    let b = line.project(s, &block, [first[0] + step, first[1] + step, first[2] + step]);
-    let step = 2 * step;
-    let c = line.project(s, &block, [first[0] + step, first[1] + step, first[2] + step]);
-    let uvw = [cross(s, c, b), cross(s, a, c), cross(s, b, a)];
-    // Should one be NaN, the minimum and the maximum leave out at most that one: then fewer
-    // triangles are turned away.
-    let zero = s.splat(0.0);
-    let below = s.less(s.min(s.min(uvw[0], uvw[1]), uvw[2]), zero);
-    let above = s.less(zero, s.max(s.max(uvw[0], uvw[1]), uvw[2]));
-    let mixed = s.bits(s.both(below, above));
-    Passed { candidates: !mixed & ((1 << block.count) - 1), corners: [a, b, c], uvw }
+fn one_of<S: Simd>(s: S, rays: &Rays<'_>, index: usize) -> Lines<S> {
+    let all = |row: &super::rays::Row| s.splat(row.0[index]);
+    Lines {
+        origin: rays.origin.each_ref().map(all),
+        direction: rays.direction.each_ref().map(all),
+        start: all(&rays.start),
+        end: all(&rays.end),
+        slope_slack: all(&rays.slope_slack),
+        edge_slack: all(&rays.edge_slack),
+        start_slack: all(&rays.start_slack),
+        end_slack: all(&rays.end_slack),
+    }
+}
+
+/// The triangles of a leaf, read whole: lanes beyond the last one hold something else.
+#[inline(always)]
+pub(super) fn facets_of<S: Simd>(s: S, tree: &Bvh8, leaf: ChildRef) -> Facets<S> {
+    let slots = leaf.leaf_slots();
+    let count = slots.len();
+    let block = &tree.leaves[slots.start * LEAF_ROWS..][..(LEAF_ROWS - 1) * count + LANES];
+    let row = |row: usize| {
+        let first = row * count;
+        s.load(block[first..first + LANES].try_into().expect("eight numbers"))
+    };
+    Facets {
+        corner: [row(0), row(1), row(2)],
+        first: [row(3), row(4), row(5)],
+        second: [row(6), row(7), row(8)],
+        normal: [row(9), row(10), row(11)],
+        height: row(12),
+    }
 }
 
 /// Whether ray `index` hits a triangle of a leaf.
 #[inline(always)]
-pub(super) fn hits_leaf<S: Simd>(
+pub(super) fn hits_leaf<S: Simd, C: PacketCounter>(
     s: S,
     tree: &Bvh8,
     leaf: ChildRef,
-    rays: &Rays,
+    rays: &Rays<'_>,
     index: usize,
+    counter: &mut C,
 ) -> bool {
-    let passed = passed_through(s, tree, leaf, &Line::of(rays, index));
-    passed.candidates != 0 && hits_candidate(s, tree, leaf, rays, index, &passed)
-}
-
-/// Whether ray `index` hits one of the triangles that its line passes through, of which there is one
-/// at least.
-#[inline(always)]
-fn hits_candidate<S: Simd>(
-    s: S,
-    tree: &Bvh8,
-    leaf: ChildRef,
-    rays: &Rays,
-    index: usize,
-    passed: &Passed<S>,
-) -> bool {
-    let Passed { mut candidates, corners, uvw } = *passed;
-    let block = Block::of(tree, leaf);
-    let zero = s.splat(0.0);
-    let mut height = zero;
-    let mut slope = zero;
-    let mut reach = s.splat(UNDERFLOW);
-    for k in 0..3 {
-        let normal = block.row(s, 9 + k);
-        let across = s.sub(block.row(s, k), s.splat(rays.origin[k].0[index]));
-        height = s.add(height, s.mul(normal, across));
-        slope = s.add(slope, s.mul(normal, s.splat(rays.direction[k].0[index])));
-        reach = s.add(reach, s.abs(across));
-    }
-    let slack = s.mul(reach, s.splat(HEIGHT_SLACK));
-    // Turned so that the ray goes through the plane upwards.
-    let height = s.flip_sign(height, slope);
-    let slope = s.abs(slope);
-    let slope_slack = s.splat(rays.slope_slack.0[index]);
-    let (start, end) = (s.splat(rays.start.0[index]), s.splat(rays.end.0[index]));
-    let (at_start, at_end) = (s.mul(start, slope), s.mul(end, slope));
-    let (start_slack, end_slack) =
-        (s.mul(s.abs(start), slope_slack), s.mul(s.abs(end), slope_slack));
-    let sure_of_side = s.bits(s.less(slope_slack, slope));
-    // An end at infinity makes sums NaN or infinite, and no comparison true that should not be.
-    let before = s.less(s.add(height, slack), s.sub(at_start, start_slack));
-    let after = s.less(s.add(at_end, end_slack), s.sub(height, slack));
-    candidates &= !(s.bits(s.either(before, after)) & sure_of_side);
-    if candidates == 0 {
-        return false;
-    }
-    let unbounded = s.less(s.splat(f32::MAX), end);
-    let product = s.abs(s.mul(s.mul(uvw[0], uvw[1]), uvw[2]));
-    let no_doubt = s.both(
-        s.less_equal(s.splat(f32::MIN_POSITIVE), product),
-        s.less_equal(product, s.splat(f32::MAX)),
-    );
-    let within = s.both(
-        s.less(s.add(at_start, start_slack), s.sub(height, slack)),
-        s.either(unbounded, s.less(s.add(height, slack), s.sub(at_end, end_slack))),
-    );
-    let certain = s.bits(s.both(no_doubt, within)) & sure_of_side & candidates;
-    if certain != 0 && certain & clear_of_edges(s, rays, index, corners, uvw) != 0 {
+    let certain = test(s, &facets_of(s, tree, leaf), &one_of(s, rays, index));
+    let there = (1 << leaf.leaf_slots().len()) - 1;
+    if certain.hits & there != 0 {
         return true;
     }
-    while candidates != 0 {
-        let triangle = candidates.trailing_zeros() as usize;
-        if rays.confirm(index, &tree.triangle(leaf, triangle)) {
-            return true;
-        }
-        candidates &= candidates - 1;
-    }
-    false
+    let doubtful = !certain.misses & there;
+    doubtful != 0 && hits_doubtful(tree, leaf, rays, index, doubtful, counter)
 }
 
-/// The triangles whose edges the line of ray `index` passes so clearly that the scalar test finds the
-/// point where it meets their plane inside them; see [`Rays::edge_slack`].
-#[inline(always)]
-fn clear_of_edges<S: Simd>(
-    s: S,
-    rays: &Rays,
+/// Whether one of the triangles in doubt is hit.
+#[cold]
+#[inline(never)]
+fn hits_doubtful<C: PacketCounter>(
+    tree: &Bvh8,
+    leaf: ChildRef,
+    rays: &Rays<'_>,
     index: usize,
-    [a, b, c]: [[S::Floats; 2]; 3],
-    uvw: [S::Floats; 3],
-) -> u32 {
-    let far = |p: [S::Floats; 2]| s.add(s.abs(p[0]), s.abs(p[1]));
-    let farthest = s.max(s.max(far(a), far(b)), far(c));
-    let least = s.min(s.min(s.abs(uvw[0]), s.abs(uvw[1])), s.abs(uvw[2]));
-    s.bits(s.less(s.mul(s.splat(rays.edge_slack.0[index]), farthest), least))
+    mut doubtful: u64,
+    counter: &mut C,
+) -> bool {
+    while doubtful != 0 {
+        let slot = leaf.leaf_slots().start + doubtful.trailing_zeros() as usize;
+        let (hit, by) = rays.confirm(index, tree.triangle_ids[slot]);
+        counter.settled(index, by);
+        if hit {
+            return true;
+        }
+        doubtful &= doubtful - 1;
+    }
+    false
 }

@@ -1,8 +1,8 @@
 //! Kernels for eight-wide trees.
 //!
-//! Answers are those of brute force, ray for ray: the tests here only turn away what the scalar
-//! tests of [`PreparedRay`](crate::intersect::PreparedRay) turn away too, and what is left is given
-//! to these. So neither width nor instruction set nor order shows in an answer.
+//! Answers are those of brute force, ray for ray: the tests here settle only what rounding cannot
+//! change, in either [`Mode`], and what is left is given to the scalar tests. So neither width nor
+//! instruction set nor order shows in an answer.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -19,10 +19,12 @@ mod stream;
 
 use super::NoCount;
 use super::packet::PacketCounter;
+use crate::geometry::TriangleMesh;
+use crate::intersect::{Mode, Stage};
 use crate::ray::{Hit, Ray, VisitCounts};
 use crate::tree::Bvh8;
 use occluders::Occluders;
-use rays::{NOBODY, Rays, STREAM};
+use rays::{NOBODY, Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
 use stream::Stack;
 
@@ -77,7 +79,7 @@ impl Instructions {
 
 /// Memory of a kernel at work, for any number of batches.
 pub struct Scratch {
-    rays: Rays,
+    numbers: Numbers,
     stack: Stack,
     /// Places of rays in the batch, in the order in which streams take them.
     places: Vec<u16>,
@@ -88,7 +90,7 @@ pub struct Scratch {
 impl Default for Scratch {
     fn default() -> Self {
         Self {
-            rays: Rays::EMPTY,
+            numbers: Numbers::ZERO,
             stack: Stack::EMPTY,
             places: Vec::new(),
             lists: Default::default(),
@@ -108,26 +110,37 @@ pub enum Way {
     Stream,
 }
 
+/// What rays are asked of.
+#[derive(Clone, Copy, Debug)]
+pub struct Query<'a> {
+    /// The tree.
+    pub tree: &'a Bvh8,
+    /// The mesh that it was built from.
+    pub mesh: &'a TriangleMesh,
+    /// How to go through it.
+    pub way: Way,
+    /// How to test triangles.
+    pub mode: Mode,
+}
+
 /// Fewer rays have little in common, and most groups would be near empty.
 const LEAST_TOGETHER: usize = 8;
 
 /// For each of `rays` whether anything is in its way. `occluded` holds zeroed words.
 pub fn any_hit(
     instructions: Instructions,
-    way: Way,
-    tree: &Bvh8,
+    query: &Query<'_>,
     rays: &[Ray],
     occluded: &mut [u64],
     scratch: &mut Scratch,
 ) {
-    dispatch(instructions, way, tree, rays, occluded, scratch, &mut NoCount);
+    dispatch(instructions, query, rays, occluded, scratch, &mut NoCount);
 }
 
 /// As [`any_hit`], and adds what each ray visits to its element of `counts`.
 pub fn any_hit_counted(
     instructions: Instructions,
-    way: Way,
-    tree: &Bvh8,
+    query: &Query<'_>,
     rays: &[Ray],
     occluded: &mut [u64],
     scratch: &mut Scratch,
@@ -135,7 +148,7 @@ pub fn any_hit_counted(
 ) {
     let mut tally =
         Counts { of_all: counts, first: 0, of_stream: [VisitCounts::default(); STREAM] };
-    dispatch(instructions, way, tree, rays, occluded, scratch, &mut tally);
+    dispatch(instructions, query, rays, occluded, scratch, &mut tally);
 }
 
 /// A counter of one stream after the other.
@@ -166,6 +179,9 @@ impl PacketCounter for Counts<'_> {
     fn triangle(&mut self, tested: u64) {
         PacketCounter::triangle(&mut self.of_stream.as_mut_slice(), tested);
     }
+    fn settled(&mut self, ray: usize, by: Stage) {
+        PacketCounter::settled(&mut self.of_stream.as_mut_slice(), ray, by);
+    }
 }
 
 impl Tally for Counts<'_> {
@@ -187,8 +203,7 @@ const MOST_SORTED: usize = 1 << 12;
 
 fn dispatch<T: Tally>(
     instructions: Instructions,
-    way: Way,
-    tree: &Bvh8,
+    query: &Query<'_>,
     rays: &[Ray],
     occluded: &mut [u64],
     scratch: &mut Scratch,
@@ -197,14 +212,13 @@ fn dispatch<T: Tally>(
     let words = occluded.chunks_mut(MOST_SORTED / STREAM);
     for (part, (rays, occluded)) in rays.chunks(MOST_SORTED).zip(words).enumerate() {
         tally.begin(part * MOST_SORTED);
-        Batch { way, tree, rays, occluded }.trace_on(instructions, scratch, tally);
+        Batch { query, rays, occluded }.trace_on(instructions, scratch, tally);
     }
 }
 
 /// Rays to take through a tree.
 struct Batch<'a> {
-    way: Way,
-    tree: &'a Bvh8,
+    query: &'a Query<'a>,
     rays: &'a [Ray],
     occluded: &'a mut [u64],
 }
@@ -228,21 +242,23 @@ impl Batch<'_> {
 
     #[inline(always)]
     fn trace<S: Simd, W: Wide, T: Tally>(self, s: S, w: W, scratch: &mut Scratch, tally: &mut T) {
-        let Self { way, tree, rays, occluded } = self;
+        let Self { query, rays, occluded } = self;
+        let Query { tree, mesh, way, mode } = *query;
         let one_by_one = match way {
             Way::Automatic => rays.len() < LEAST_TOGETHER,
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { rays: prepared, stack, places, lists, occluders } = scratch;
+        let Scratch { numbers, stack, places, lists, occluders } = scratch;
         let occluders = occluders.of_tree(tree.id);
+        let target = Target { bounds: &tree.bounds, mesh, mode };
         places_by_octant::<S, W>(s, rays, places, lists);
         for places in places.chunks(STREAM) {
-            prepared.fill(s, w, &tree.bounds, rays, places);
+            let prepared = Rays::new(s, w, numbers, target, rays, places);
             let mut hits = if one_by_one {
-                stream::any_hit_one_by_one(s, w, tree, prepared, stack, tally)
+                stream::any_hit_one_by_one(s, w, tree, &prepared, stack, tally)
             } else {
-                stream::any_hit(s, w, tree, prepared, stack, occluders, tally)
+                stream::any_hit(s, w, tree, &prepared, stack, occluders, tally)
             };
             tally.next_stream(places);
             while hits != 0 {
@@ -294,18 +310,23 @@ fn places_by_octant<S: Simd, W: Wide>(
 }
 
 /// The closest hit of `ray`; ties go to the lower triangle index.
-pub fn closest_hit(instructions: Instructions, tree: &Bvh8, ray: &Ray) -> Option<Hit> {
+pub fn closest_hit(
+    instructions: Instructions,
+    tree: &Bvh8,
+    mesh: &TriangleMesh,
+    ray: &Ray,
+) -> Option<Hit> {
     match instructions.0 {
-        Set::Portable => closest::closest_hit(Portable, tree, ray),
+        Set::Portable => closest::closest_hit(Portable, tree, mesh, ray),
         #[cfg(target_arch = "x86_64")]
         Set::Avx2(avx2) => avx2.run(
             #[inline(always)]
-            || closest::closest_hit(avx2, tree, ray),
+            || closest::closest_hit(avx2, tree, mesh, ray),
         ),
         #[cfg(target_arch = "x86_64")]
         Set::Avx512(avx2, _) => avx2.run(
             #[inline(always)]
-            || closest::closest_hit(avx2, tree, ray),
+            || closest::closest_hit(avx2, tree, mesh, ray),
         ),
     }
 }

@@ -18,7 +18,7 @@ pub(super) struct OneRay<S: Simd> {
 
 impl<S: Simd> OneRay<S> {
     #[inline(always)]
-    pub(super) fn new(s: S, rays: &Rays, index: usize, octant: u8) -> Self {
+    pub(super) fn new(s: S, rays: &Rays<'_>, index: usize, octant: u8) -> Self {
         let octant = usize::from(octant);
         Self {
             reciprocal: splat_3(s, &rays.reciprocal, index),
@@ -42,7 +42,7 @@ impl<S: Simd> OneRay<S> {
             entry = s.max(s.mul_sub(near, r, n), entry);
             exit = s.min(s.mul_sub(far, r, f), exit);
         }
-        s.bits(s.less_equal(entry, exit)) & node.occupied()
+        s.bits(s.less_equal(entry, exit)) as u32 & node.occupied()
     }
 }
 

@@ -19,9 +19,10 @@
 //! for which something might are left unbounded on that axis.
 
 use super::group::of_group;
+use super::leaf::{EDGE_SLACK_FAST, END_SLACK, SLOPE_SLACK, UNDERFLOW};
 use super::simd::{LANES, Simd, Wide};
-use crate::geometry::{Aabb, Triangle, Vec3};
-use crate::intersect::PreparedRay;
+use crate::geometry::{Aabb, TriangleMesh};
+use crate::intersect::{Mode, PreparedRay, Stage};
 use crate::ray::Ray;
 
 /// Rays of a stream: as many as bits in a word.
@@ -36,9 +37,12 @@ const OF_UNDERFLOW: f32 = 1.0 / (1u128 << 100) as f32;
 /// Products up to here are far from overflow: `2^124`.
 const LARGEST_REACH: f32 = (1u128 << 124) as f32;
 
-/// As [`PreparedRay`] has them.
-const SHORTEST: f32 = 1.0 / (1u64 << 40) as f32;
-const LONGEST: f32 = (1u64 << 40) as f32;
+/// Rays with longer or shorter directions, or further out, are odd: for others no number of the box
+/// and triangle tests overflows, and what underflows is bounded.
+const SHORTEST: f32 = 1.0 / (1u64 << 20) as f32;
+const LONGEST: f32 = (1u64 << 20) as f32;
+const FARTHEST: f32 = (1u64 << 40) as f32;
+/// As [`PreparedRay`] has it.
 const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
 
 /// A place without a ray.
@@ -59,13 +63,13 @@ impl Row {
     }
 
     #[inline(always)]
-    fn group_mut(&mut self, group: usize) -> &mut [f32; LANES] {
+    pub(super) fn group_mut(&mut self, group: usize) -> &mut [f32; LANES] {
         &mut self.0.as_chunks_mut::<LANES>().0[group]
     }
 }
 
-/// The rays of a stream.
-pub(super) struct Rays {
+/// What a stream's rays are tested with.
+pub(super) struct Numbers {
     pub(super) reciprocal: [Row; 3],
     /// Subtracted from the products of entry planes and reciprocals.
     pub(super) near: [Row; 3],
@@ -77,39 +81,20 @@ pub(super) struct Rays {
     pub(super) origin: [Row; 3],
     /// NaN for rays that the scalar test alone is to decide on.
     pub(super) direction: [Row; 3],
-    /// The interval as given.
+    /// The interval, cut to where the scene may be.
     pub(super) start: Row,
     pub(super) end: Row,
-    /// Bound on the error of products of unit normals with the direction.
+    /// Bounds of [`leaf`](super::leaf).
     pub(super) slope_slack: Row,
-    /// As in the watertight triangle test.
-    pub(super) shear: [Row; 2],
-    /// The origin, in the order of the sheared axes.
-    pub(super) turned_origin: [Row; 3],
-    /// Index of the direction's largest component, as bits.
-    pub(super) axis: Row,
+    pub(super) edge_slack: Row,
+    pub(super) start_slack: Row,
+    pub(super) end_slack: Row,
     /// For each group the signs of the directions, one bit for each axis.
     pub(super) octants: [u8; STREAM / LANES],
-    /// What the differences of corners and origin are multiplied by for the two sheared coordinates.
-    pub(super) across: [[Row; 3]; 2],
-    /// An edge function of sheared corners that is larger than this times the corners' largest
-    /// distance (as a sum of components) has the sign of the exact one, by far.
-    ///
-    /// A sheared coordinate is off by at most `d = 6.5 u m` (see [`intersect`](crate::intersect)), and
-    /// the sum `r` of two of them is at most `4 m`. So products and their difference are off by at
-    /// most `2 d r + 2 u r^2 < 22 u m r`. This is 42: then the exact line passes each edge by more
-    /// than `20 u m r`, a weight of the opposite corner of at least `1.6 u`. `f64` finds weights to
-    /// some `2^-50 m r` over the sum of the edge functions, which is far less.
-    pub(super) edge_slack: Row,
-    /// The rays as given.
-    rays: [Ray; STREAM],
-    bounds: Aabb,
-    /// One bit for each ray that may hit something.
-    pub(super) valid: u64,
 }
 
-impl Rays {
-    pub(super) const EMPTY: Self = Self {
+impl Numbers {
+    pub(super) const ZERO: Self = Self {
         reciprocal: [Row::ZERO; 3],
         near: [Row::ZERO; 3],
         far: [Row::ZERO; 3],
@@ -120,164 +105,209 @@ impl Rays {
         start: Row::ZERO,
         end: Row::ZERO,
         slope_slack: Row::ZERO,
-        shear: [Row::ZERO; 2],
-        turned_origin: [Row::ZERO; 3],
-        axis: Row::ZERO,
-        octants: [0; STREAM / LANES],
-        across: [[Row::ZERO; 3]; 2],
         edge_slack: Row::ZERO,
-        rays: [Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 }; STREAM],
-        bounds: Aabb::EMPTY,
-        valid: 0,
+        start_slack: Row::ZERO,
+        end_slack: Row::ZERO,
+        octants: [0; STREAM / LANES],
     };
+}
 
-    /// Takes up to 64 of the rays given in the place of those before, by their places among them;
-    /// there is none where the place says [`NOBODY`].
+/// Whether a valid ray is not odd; `extent` is that of the scene from its origin.
+pub(super) fn is_plain(ray: &Ray, extent: f32) -> bool {
+    let (o, d) = (ray.origin.abs(), ray.direction.abs());
+    let in_reach = o.x + o.y + o.z < FARTHEST && extent < FARTHEST;
+    in_reach && d.x + d.y + d.z < LONGEST && d.max_element() >= SHORTEST
+}
+
+/// The largest distance on an axis between the origin and a point of `bounds`.
+pub(super) fn extent_from(ray: &Ray, bounds: &Aabb) -> f32 {
+    (ray.origin - bounds.min).max(bounds.max - ray.origin).max_element()
+}
+
+/// What rays are tested against, and how.
+#[derive(Clone, Copy)]
+pub(super) struct Target<'a> {
+    pub(super) bounds: &'a Aabb,
+    pub(super) mesh: &'a TriangleMesh,
+    pub(super) mode: Mode,
+}
+
+/// The rays of a stream.
+pub(super) struct Rays<'a> {
+    numbers: &'a Numbers,
+    target: Target<'a>,
+    given: &'a [Ray],
+    places: &'a [u16],
+    /// One bit for each ray that may hit something.
+    pub(super) valid: u64,
+}
+
+impl std::ops::Deref for Rays<'_> {
+    type Target = Numbers;
+
     #[inline(always)]
-    pub(super) fn fill<S: Simd, W: Wide>(
-        &mut self,
+    fn deref(&self) -> &Numbers {
+        self.numbers
+    }
+}
+
+impl<'a> Rays<'a> {
+    /// Up to 64 of the rays given, by their places among them; there is none where the place says
+    /// [`NOBODY`].
+    #[inline(always)]
+    pub(super) fn new<S: Simd, W: Wide>(
         s: S,
-        _: W,
-        bounds: &Aabb,
-        given: &[Ray],
-        places: &[u16],
-    ) {
-        self.bounds = *bounds;
-        self.valid = 0;
+        w: W,
+        numbers: &'a mut Numbers,
+        target: Target<'a>,
+        given: &'a [Ray],
+        places: &'a [u16],
+    ) -> Self {
+        let mut there = 0;
         for (group, places) in places.as_chunks::<LANES>().0.iter().enumerate() {
-            let first = group * LANES;
             if places[0] == NOBODY {
                 continue;
             }
+            // Lanes without a ray hold another one's, so that all numbers are usable.
             let mut rays = [&given[usize::from(places[0])]; LANES];
-            let mut lanes = 0xff;
-            if places[LANES - 1] == NOBODY {
-                // Lanes without a ray hold another one's, so that all numbers are usable.
-                let count = places.iter().take_while(|place| **place != NOBODY).count();
-                lanes = (1 << count) - 1;
-                for (ray, &place) in rays.iter_mut().zip(&places[..count]) {
-                    *ray = &given[usize::from(place)];
-                }
-            } else {
-                for (ray, &place) in rays.iter_mut().zip(places) {
-                    *ray = &given[usize::from(place)];
+            let mut lanes = 1;
+            for (lane, &place) in places.iter().enumerate().skip(1) {
+                if place != NOBODY {
+                    rays[lane] = &given[usize::from(place)];
+                    lanes |= 1 << lane;
                 }
             }
-            let kept = &mut self.rays.as_chunks_mut::<LANES>().0[group];
-            for lane in 0..LANES {
-                kept[lane] = *rays[lane];
-            }
-            let (valid, odd) = self.fill_group(s, group, rays);
-            self.valid |= u64::from(valid & lanes) << first;
-            let mut odd = odd & lanes;
-            while odd != 0 {
-                self.fill_odd(first + odd.trailing_zeros() as usize);
-                odd &= odd - 1;
-            }
+            numbers.take(s, group, rays);
+            there |= lanes << (group * LANES);
         }
-        for group in 0..STREAM / W::GROUP {
-            let lanes = of_group::<W>(self.valid, group);
+        let mut plain = 0;
+        for group in 0..places.len().div_ceil(W::GROUP) {
+            let lanes = of_group::<W>(there, group);
             if lanes != 0 {
+                plain |= numbers.prepare(w, group, target) << (group * W::GROUP);
                 let any = group * W::GROUP + lanes.trailing_zeros() as usize;
-                self.octants[group] = s.octant(&self.rays[any]);
+                numbers.octants[group] = s.octant(&given[usize::from(places[any])]);
             }
         }
+        let mut valid = there & plain;
+        let mut odd = there & !plain;
+        while odd != 0 {
+            let index = odd.trailing_zeros() as usize;
+            let ray = &given[usize::from(places[index])];
+            valid |= u64::from(numbers.fill_odd(index, ray, target.bounds)) << index;
+            odd &= odd - 1;
+        }
+        Self { numbers, target, given, places, valid }
     }
 
-    /// Returns which of the rays are valid, and which are to be done one by one.
+    /// Whether a ray hits a triangle that the vector tests leave in doubt, and what settled it.
+    #[inline(never)]
+    pub(super) fn confirm(&self, index: usize, triangle: u32) -> (bool, Stage) {
+        let ray = &self.given[usize::from(self.places[index])];
+        confirm(ray, triangle, self.target)
+    }
+}
+
+/// As [`Rays::confirm`].
+fn confirm(ray: &Ray, triangle: u32, target: Target<'_>) -> (bool, Stage) {
+    let triangle = target.mesh.triangle(triangle as usize);
+    match target.mode {
+        Mode::Exact => crate::intersect::hits_exactly(ray, &triangle),
+        Mode::Fast => {
+            let prepared = PreparedRay::new(ray, target.bounds);
+            (prepared.is_some_and(|ray| ray.triangle(&triangle).is_some()), Stage::Single)
+        }
+    }
+}
+
+impl Numbers {
+    /// The rays' own numbers, in the rows of their names.
     #[inline(always)]
-    fn fill_group<S: Simd>(&mut self, s: S, group: usize, rays: [&Ray; LANES]) -> (u32, u32) {
+    fn take<S: Simd>(&mut self, s: S, group: usize, rays: [&Ray; LANES]) {
         let [ox, oy, oz, t_min, dx, dy, dz, t_max] = s.rays(rays);
-        let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
-        let size = [s.abs(dx), s.abs(dy), s.abs(dz)];
-        let largest = s.max(s.max(size[0], size[1]), size[2]);
-        let mut extent = s.splat(0.0);
-        for (axis, origin) in origin.iter().enumerate() {
-            let (lower, upper) = (s.splat(self.bounds.min[axis]), s.splat(self.bounds.max[axis]));
-            extent = s.max(s.abs(s.sub(lower, *origin)), extent);
-            extent = s.max(s.abs(s.sub(upper, *origin)), extent);
+        for (row, numbers) in self.origin.iter_mut().zip([ox, oy, oz]) {
+            s.store(row.group_mut(group), numbers);
         }
-        let scene_pad = s.add(s.mul(extent, s.splat(OF_EXTENT)), s.splat(OF_UNDERFLOW));
-        let smallest = s.mul(largest, s.splat(SMALLEST_SHARE));
-        // Of NaN and infinity no comparison holds.
-        let infinity = s.splat(f32::INFINITY);
-        let mut valid = s.both(
-            s.both(s.less_equal(t_min, t_max), s.less(s.splat(0.0), largest)),
-            s.less(largest, infinity),
-        );
-        let mut plain = s.both(
-            s.less_equal(s.splat(SHORTEST), largest),
-            s.less_equal(largest, s.splat(LONGEST)),
-        );
-        for axis in 0..3 {
-            let (o, d) = (origin[axis], direction[axis]);
-            let clamped = s.copysign(s.max(size[axis], smallest), d);
-            let reciprocal = s.div(s.splat(1.0), clamped);
-            let far_out = s.abs(o);
-            let pad = s.add(s.mul(far_out, s.splat(OF_ORIGIN)), scene_pad);
-            let forwards = s.copysign(pad, d);
-            s.store(self.origin[axis].group_mut(group), o);
-            s.store(self.direction[axis].group_mut(group), d);
-            s.store(self.reciprocal[axis].group_mut(group), reciprocal);
-            s.store(self.near[axis].group_mut(group), s.mul(s.add(o, forwards), reciprocal));
-            s.store(self.far[axis].group_mut(group), s.mul(s.sub(o, forwards), reciprocal));
-            let reach = s.abs(s.mul(s.add(far_out, extent), reciprocal));
-            plain = s.both(plain, s.less(reach, s.splat(LARGEST_REACH)));
-            // The largest component does not show one that is NaN.
-            valid = s.both(valid, s.both(s.less(far_out, infinity), s.less(size[axis], infinity)));
+        for (row, numbers) in self.direction.iter_mut().zip([dx, dy, dz]) {
+            s.store(row.group_mut(group), numbers);
         }
-        let reach = s.add(s.add(size[0], size[1]), size[2]);
-        s.store(self.slope_slack.group_mut(group), s.mul(reach, s.splat(8.0 * UNIT)));
         s.store(self.start.group_mut(group), t_min);
         s.store(self.end.group_mut(group), t_max);
-        s.store(self.edge_slack.group_mut(group), s.add(scene_pad, scene_pad));
-        let slack = s.div(scene_pad, largest);
-        s.store(self.t_min.group_mut(group), s.sub(t_min, slack));
-        s.store(self.t_max.group_mut(group), s.add(t_max, slack));
-
-        let x_largest = s.both(s.less_equal(size[1], size[0]), s.less_equal(size[2], size[0]));
-        let y_largest = s.less_equal(size[2], size[1]);
-        let largest = s.select(x_largest, dx, s.select(y_largest, dy, dz));
-        let first = s.div(s.select(x_largest, dy, s.select(y_largest, dz, dx)), largest);
-        let second = s.div(s.select(x_largest, dz, s.select(y_largest, dx, dy)), largest);
-        s.store(self.shear[0].group_mut(group), first);
-        s.store(self.shear[1].group_mut(group), second);
-        let (zero, one) = (s.splat(0.0), s.splat(1.0));
-        let (first, second) = (s.sub(zero, first), s.sub(zero, second));
-        // Which factor belongs to an axis, by which of them is the largest.
-        let factors = [
-            [[first, one, zero], [zero, first, one], [one, zero, first]],
-            [[second, zero, one], [one, second, zero], [zero, one, second]],
-        ];
-        for (rows, [if_x, if_y, if_z]) in self.across.iter_mut().zip(factors) {
-            for axis in 0..3 {
-                let other = s.select(y_largest, if_y[axis], if_z[axis]);
-                s.store(rows[axis].group_mut(group), s.select(x_largest, if_x[axis], other));
-            }
-        }
-
-        let first = s.select(x_largest, oy, s.select(y_largest, oz, ox));
-        let second = s.select(x_largest, oz, s.select(y_largest, ox, oy));
-        let last = s.select(x_largest, ox, s.select(y_largest, oy, oz));
-        s.store(self.turned_origin[0].group_mut(group), first);
-        s.store(self.turned_origin[1].group_mut(group), second);
-        s.store(self.turned_origin[2].group_mut(group), last);
-        let index = |axis: u32| s.splat(f32::from_bits(axis));
-        let axis = s.select(x_largest, index(0), s.select(y_largest, index(1), index(2)));
-        s.store(self.axis.group_mut(group), axis);
-        let (valid, plain) = (s.bits(valid), s.bits(plain));
-        (valid, valid & !plain)
     }
 
-    /// A ray that is scaled or might overflow, from what it is prepared as.
+    /// Computes the others. Returns which rays are not odd: valid, and of common size.
+    #[inline(always)]
+    fn prepare<W: Wide>(&mut self, w: W, group: usize, target: Target<'_>) -> u64 {
+        let origin = load_3(w, &self.origin, group);
+        let direction = load_3(w, &self.direction, group);
+        let (t_min, t_max) = (w.load(&self.start, group), w.load(&self.end, group));
+        let size = direction.map(|d| w.abs(d));
+        let far_out = origin.map(|o| w.abs(o));
+        let largest = w.max(w.max(size[0], size[1]), size[2]);
+        let length = w.add(w.add(size[0], size[1]), size[2]);
+        let distance = w.add(w.add(far_out[0], far_out[1]), far_out[2]);
+        let mut extent = w.splat(0.0);
+        for (axis, origin) in origin.iter().enumerate() {
+            let (lower, upper) =
+                (w.splat(target.bounds.min[axis]), w.splat(target.bounds.max[axis]));
+            extent = w.max(w.max(w.sub(*origin, lower), w.sub(upper, *origin)), extent);
+        }
+        // Of NaN no comparison holds.
+        let in_reach = w.both(
+            w.less(distance, w.splat(FARTHEST)),
+            w.both(w.less(extent, w.splat(FARTHEST)), w.less(length, w.splat(LONGEST))),
+        );
+        let plain = w.both(
+            w.both(in_reach, w.less_equal(w.splat(SHORTEST), largest)),
+            w.less_equal(t_min, t_max),
+        );
+        let scene_pad = w.mul_add(extent, w.splat(OF_EXTENT), w.splat(OF_UNDERFLOW));
+        let smallest = w.mul(largest, w.splat(SMALLEST_SHARE));
+        let mut least_reciprocal = w.splat(f32::INFINITY);
+        for axis in 0..3 {
+            let (o, d) = (origin[axis], direction[axis]);
+            let clamped = w.max(size[axis], smallest);
+            let reciprocal = w.div(w.splat(1.0), clamped);
+            least_reciprocal = w.min(reciprocal, least_reciprocal);
+            let reciprocal = w.flip_sign(reciprocal, d);
+            let forwards = w.flip_sign(w.mul_add(far_out[axis], w.splat(OF_ORIGIN), scene_pad), d);
+            w.store(&mut self.reciprocal[axis], group, reciprocal);
+            w.store(&mut self.near[axis], group, w.mul(w.add(o, forwards), reciprocal));
+            w.store(&mut self.far[axis], group, w.mul(w.sub(o, forwards), reciprocal));
+        }
+        let slack = w.mul(scene_pad, w.mul(least_reciprocal, w.splat(1.0 + 4.0 * UNIT)));
+        w.store(&mut self.t_min, group, w.sub(t_min, slack));
+        w.store(&mut self.t_max, group, w.add(t_max, slack));
+        // Four times as far as any hit, which lies in the scene.
+        let beyond = w.mul(w.mul(extent, w.splat(4.0)), least_reciprocal);
+        let start = w.max(t_min, w.sub(w.splat(0.0), beyond));
+        let end = w.min(t_max, beyond);
+        w.store(&mut self.start, group, start);
+        w.store(&mut self.end, group, end);
+        w.store(&mut self.slope_slack, group, w.mul(length, w.splat(SLOPE_SLACK)));
+        let unit = w.mul(length, w.splat(END_SLACK));
+        let tiny = w.splat(UNDERFLOW);
+        w.store(&mut self.start_slack, group, w.mul_add(w.abs(start), unit, tiny));
+        w.store(&mut self.end_slack, group, w.mul_add(w.abs(end), unit, tiny));
+        let edge_slack = match target.mode {
+            Mode::Exact => tiny,
+            // What the plain test's sheared coordinates are off by.
+            Mode::Fast => w.mul_add(w.mul(extent, length), w.splat(EDGE_SLACK_FAST), tiny),
+        };
+        w.store(&mut self.edge_slack, group, edge_slack);
+        w.bits(plain)
+    }
+
+    /// A ray that is scaled or might overflow, from what it is prepared as. `false` if it hits nothing
+    /// by definition.
     #[cold]
     #[inline(never)]
-    fn fill_odd(&mut self, index: usize) {
-        let prepared = PreparedRay::new(&self.rays[index], &self.bounds).expect("the ray is valid");
+    fn fill_odd(&mut self, index: usize, ray: &Ray, bounds: &Aabb) -> bool {
+        let Some(prepared) = PreparedRay::new(ray, bounds) else { return false };
         let slabs = prepared.slabs();
-        let corners = [self.bounds.min, self.bounds.max];
+        let corners = [bounds.min, bounds.max];
         for axis in 0..3 {
-            let (reciprocal, origin) = (slabs.reciprocal[axis], self.rays[index].origin[axis]);
+            let (reciprocal, origin) = (slabs.reciprocal[axis], ray.origin[axis]);
             let extent = corners.map(|c| (c[axis] - origin).abs()).into_iter().fold(0.0, f32::max);
             // The padding that the planes have already is in `slabs`.
             let pad = (f64::from(extent) + f64::from(origin.abs())) * f64::from(OF_EXTENT)
@@ -293,29 +323,12 @@ impl Rays {
         }
         (self.t_min.0[index], self.t_max.0[index]) = (slabs.t_min, slabs.t_max);
         self.direction.iter_mut().for_each(|row| row.0[index] = f32::NAN);
-        let shear = prepared.shear();
-        self.axis.0[index] = f32::from_bits(shear.axes[2] as u32);
-        for (row, axis) in self.turned_origin.iter_mut().zip(shear.axes) {
-            row.0[index] = shear.origin[axis];
-        }
-        for (row, factor) in self.shear.iter_mut().zip(shear.factors) {
-            row.0[index] = factor;
-        }
-        for ((rows, factor), one) in self.across.iter_mut().zip(shear.factors).zip(shear.axes) {
-            for (axis, row) in rows.iter_mut().enumerate() {
-                row.0[index] = match axis {
-                    _ if axis == shear.axes[2] => -factor,
-                    _ if axis == one => 1.0,
-                    _ => 0.0,
-                };
-            }
-        }
+        true
     }
+}
 
-    /// Whether a ray hits a triangle that no test here speaks against.
-    #[inline(never)]
-    pub(super) fn confirm(&self, index: usize, triangle: &Triangle) -> bool {
-        let ray = &self.rays[index];
-        PreparedRay::new(ray, &self.bounds).is_some_and(|ray| ray.triangle(triangle).is_some())
-    }
+/// The numbers of a group in three rows.
+#[inline(always)]
+pub(super) fn load_3<W: Wide>(w: W, rows: &[Row; 3], group: usize) -> [W::Floats; 3] {
+    [w.load(&rows[0], group), w.load(&rows[1], group), w.load(&rows[2], group)]
 }

@@ -1,29 +1,28 @@
 //! The vector operations that the kernels are written in, and their portable twin.
 //!
-//! Kernels are generic over [`Simd`], so that each exists once. Operations are those of IEEE 754,
-//! the same bits from every implementation, but for [`mul_sub`](Simd::mul_sub), which may round
-//! once or twice: what is computed with it allows for either.
+//! Kernels are generic over [`Simd`] and [`Wide`], so that each exists once. Operations are those of
+//! IEEE 754, the same bits from every implementation, but for [`mul_add`](Vector::mul_add) and
+//! [`mul_sub`](Vector::mul_sub), which may round once or twice: what is computed with them allows
+//! for either.
 
 use super::rays::Row;
 use crate::ray::Ray;
 
-/// Numbers that are computed at once.
+/// Numbers that are computed at once where one ray is tested against several things.
 pub(super) const LANES: usize = 8;
 
-/// Operations on eight numbers.
-pub(super) trait Simd: Copy {
+/// Operations on all numbers of a register.
+pub(super) trait Vector: Copy {
     type Floats: Copy;
     type Mask: Copy;
 
-    /// Does `work` with this instruction set enabled; what is inlined into it is compiled for it.
-    fn run<R>(self, work: impl FnOnce() -> R) -> R;
     fn splat(self, value: f32) -> Self::Floats;
-    fn load(self, from: &[f32; LANES]) -> Self::Floats;
-    fn store(self, to: &mut [f32; LANES], value: Self::Floats);
     fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `a * b + c`, rounded once or twice.
+    fn mul_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
     /// `a * b - c`, rounded once or twice.
     fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
     /// `a < b ? a : b`: `b` if either is NaN.
@@ -31,16 +30,34 @@ pub(super) trait Simd: Copy {
     /// `a > b ? a : b`: `b` if either is NaN.
     fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn abs(self, a: Self::Floats) -> Self::Floats;
-    fn copysign(self, magnitude: Self::Floats, sign: Self::Floats) -> Self::Floats;
     /// `a`, negated where `sign` has the sign bit.
     fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats;
     fn less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     fn less_equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    fn select(self, mask: Self::Mask, yes: Self::Floats, no: Self::Floats) -> Self::Floats;
     /// One bit for each lane, from the lowest on.
-    fn bits(self, mask: Self::Mask) -> u32;
+    fn bits(self, mask: Self::Mask) -> u64;
+
+    #[inline(always)]
+    fn dot(self, a: [Self::Floats; 3], b: [Self::Floats; 3]) -> Self::Floats {
+        self.mul_add(a[2], b[2], self.mul_add(a[1], b[1], self.mul(a[0], b[0])))
+    }
+    #[inline(always)]
+    fn cross(self, a: [Self::Floats; 3], b: [Self::Floats; 3]) -> [Self::Floats; 3] {
+        std::array::from_fn(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            self.mul_sub(a[j], b[k], self.mul(a[k], b[j]))
+        })
+    }
+}
+
+/// Operations on eight numbers.
+pub(super) trait Simd: Vector {
+    /// Does `work` with this instruction set enabled; what is inlined into it is compiled for it.
+    fn run<R>(self, work: impl FnOnce() -> R) -> R;
+    fn load(self, from: &[f32; LANES]) -> Self::Floats;
+    fn store(self, to: &mut [f32; LANES], value: Self::Floats);
     /// The numbers of eight rays: origins, starts of intervals, directions, ends of intervals.
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
@@ -57,29 +74,12 @@ pub(super) trait Simd: Copy {
 }
 
 /// Operations on the numbers of a group of rays: as many as a register holds.
-pub(super) trait Wide: Copy {
+pub(super) trait Wide: Vector {
     /// Rays of a group: divides 64.
     const GROUP: usize;
-    type Floats: Copy;
-
-    fn splat(self, value: f32) -> Self::Floats;
     /// The numbers of one group.
     fn load(self, row: &Row, group: usize) -> Self::Floats;
-    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// `a * b - c`, rounded as [`Simd::mul_sub`] rounds.
-    fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
-    /// `b` if either is NaN.
-    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// `b` if either is NaN.
-    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// One bit for each lane, from the lowest on.
-    fn less_equal(self, a: Self::Floats, b: Self::Floats) -> u64;
-    fn less(self, a: Self::Floats, b: Self::Floats) -> u64;
-    fn abs(self, a: Self::Floats) -> Self::Floats;
-    /// `a`, negated where `sign` has the sign bit.
-    fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats;
+    fn store(self, row: &mut Row, group: usize, value: Self::Floats);
 }
 
 /// Groups of eight for those whose registers hold eight numbers.
@@ -87,55 +87,14 @@ macro_rules! groups_of_eight {
     ($set:ty) => {
         impl Wide for $set {
             const GROUP: usize = LANES;
-            type Floats = <Self as Simd>::Floats;
 
-            #[inline(always)]
-            fn splat(self, value: f32) -> Self::Floats {
-                Simd::splat(self, value)
-            }
             #[inline(always)]
             fn load(self, row: &Row, group: usize) -> Self::Floats {
                 Simd::load(self, row.group(group))
             }
             #[inline(always)]
-            fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
-                Simd::add(self, a, b)
-            }
-            #[inline(always)]
-            fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
-                Simd::sub(self, a, b)
-            }
-            #[inline(always)]
-            fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
-                Simd::mul(self, a, b)
-            }
-            #[inline(always)]
-            fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
-                Simd::mul_sub(self, a, b, c)
-            }
-            #[inline(always)]
-            fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
-                Simd::min(self, a, b)
-            }
-            #[inline(always)]
-            fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
-                Simd::max(self, a, b)
-            }
-            #[inline(always)]
-            fn less_equal(self, a: Self::Floats, b: Self::Floats) -> u64 {
-                u64::from(Simd::bits(self, Simd::less_equal(self, a, b)))
-            }
-            #[inline(always)]
-            fn less(self, a: Self::Floats, b: Self::Floats) -> u64 {
-                u64::from(Simd::bits(self, Simd::less(self, a, b)))
-            }
-            #[inline(always)]
-            fn abs(self, a: Self::Floats) -> Self::Floats {
-                Simd::abs(self, a)
-            }
-            #[inline(always)]
-            fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats {
-                Simd::flip_sign(self, a, sign)
+            fn store(self, row: &mut Row, group: usize, value: Self::Floats) {
+                Simd::store(self, row.group_mut(group), value);
             }
         }
     };
@@ -160,25 +119,13 @@ fn compare(a: Array, b: Array, f: impl Fn(f32, f32) -> bool) -> u32 {
     (0..LANES).fold(0, |bits, i| bits | u32::from(f(a[i], b[i])) << i)
 }
 
-impl Simd for Portable {
+impl Vector for Portable {
     type Floats = Array;
     type Mask = u32;
 
     #[inline(always)]
-    fn run<R>(self, work: impl FnOnce() -> R) -> R {
-        work()
-    }
-    #[inline(always)]
     fn splat(self, value: f32) -> Array {
         [value; LANES]
-    }
-    #[inline(always)]
-    fn load(self, from: &Array) -> Array {
-        *from
-    }
-    #[inline(always)]
-    fn store(self, to: &mut Array, value: Array) {
-        *to = value;
     }
     #[inline(always)]
     fn add(self, a: Array, b: Array) -> Array {
@@ -197,6 +144,10 @@ impl Simd for Portable {
         zip(a, b, |a, b| a / b)
     }
     #[inline(always)]
+    fn mul_add(self, a: Array, b: Array, c: Array) -> Array {
+        zip(zip(a, b, |a, b| a * b), c, |product, c| product + c)
+    }
+    #[inline(always)]
     fn mul_sub(self, a: Array, b: Array, c: Array) -> Array {
         zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
     }
@@ -211,10 +162,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn abs(self, a: Array) -> Array {
         a.map(f32::abs)
-    }
-    #[inline(always)]
-    fn copysign(self, magnitude: Array, sign: Array) -> Array {
-        zip(magnitude, sign, f32::copysign)
     }
     #[inline(always)]
     fn flip_sign(self, a: Array, sign: Array) -> Array {
@@ -237,12 +184,23 @@ impl Simd for Portable {
         a | b
     }
     #[inline(always)]
-    fn select(self, mask: u32, yes: Array, no: Array) -> Array {
-        std::array::from_fn(|i| if mask >> i & 1 != 0 { yes[i] } else { no[i] })
+    fn bits(self, mask: u32) -> u64 {
+        mask.into()
+    }
+}
+
+impl Simd for Portable {
+    #[inline(always)]
+    fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        work()
     }
     #[inline(always)]
-    fn bits(self, mask: u32) -> u32 {
-        mask
+    fn load(self, from: &Array) -> Array {
+        *from
+    }
+    #[inline(always)]
+    fn store(self, to: &mut Array, value: Array) {
+        *to = value;
     }
     #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [Array; LANES] {

@@ -67,7 +67,7 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     w: W,
     tree: &Bvh8,
-    rays: &Rays,
+    rays: &Rays<'_>,
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
@@ -94,7 +94,7 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
             for _ in child.leaf_slots() {
                 counter.triangle(here);
             }
-            alive &= !leaf_hits(s, w, tree, child, rays, here, occluders);
+            alive &= !leaf_hits(s, w, tree, child, rays, here, occluders, counter);
             continue;
         }
         let node = &tree.nodes[child.node_index()];
@@ -123,7 +123,7 @@ pub(super) fn any_hit_one_by_one<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     _: W,
     tree: &Bvh8,
-    rays: &Rays,
+    rays: &Rays<'_>,
     stack: &mut Stack,
     counter: &mut C,
 ) -> u64 {
@@ -143,7 +143,7 @@ pub(super) fn any_hit_one_by_one<S: Simd, W: Wide, C: PacketCounter>(
 fn node_by_ray<S: Simd, W: Wide>(
     s: S,
     node: &Node8,
-    rays: &Rays,
+    rays: &Rays<'_>,
     mut active: u64,
 ) -> ([u64; LANES], u32) {
     let mut met = [0u8; STREAM];
@@ -160,23 +160,25 @@ fn node_by_ray<S: Simd, W: Wide>(
 
 /// Those of the active rays that a triangle of a leaf stops.
 #[inline(always)]
-fn leaf_hits<S: Simd, W: Wide>(
+#[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
+fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     w: W,
     tree: &Bvh8,
     leaf: ChildRef,
-    rays: &Rays,
+    rays: &Rays<'_>,
     mut active: u64,
     occluders: &mut Occluders,
+    counter: &mut C,
 ) -> u64 {
     let triangles = leaf.leaf_slots().len() as u32;
     if active.count_ones() > groups::<W>(active) * triangles * ACTIVE_IN_LEAF {
-        return leaf_by_group(w, tree, leaf, rays, active, occluders);
+        return leaf_by_group(w, tree, leaf, rays, active, occluders, counter);
     }
     let mut hits = 0;
     while active != 0 {
         let index = active.trailing_zeros() as usize;
-        hits |= u64::from(hits_leaf(s, tree, leaf, rays, index)) << index;
+        hits |= u64::from(hits_leaf(s, tree, leaf, rays, index, counter)) << index;
         active &= active - 1;
     }
     hits
@@ -187,7 +189,7 @@ fn leaf_hits<S: Simd, W: Wide>(
 fn one_ray<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     tree: &Bvh8,
-    rays: &Rays,
+    rays: &Rays<'_>,
     index: usize,
     child: ChildRef,
     stack: &mut Stack,
@@ -202,7 +204,7 @@ fn one_ray<S: Simd, W: Wide, C: PacketCounter>(
             for _ in current.leaf_slots() {
                 counter.triangle(1 << index);
             }
-            if hits_leaf(s, tree, current, rays, index) {
+            if hits_leaf(s, tree, current, rays, index, counter) {
                 stack.len = base;
                 return true;
             }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::build::{self, WideCosts};
 use crate::geometry::{Aabb, TriangleMesh, Vec3};
-use crate::intersect::PreparedRay;
+use crate::intersect::{Exact, Fast, PreparedRay, TriangleTest};
 use crate::ray::words_for;
 use crate::test_random::Random;
 use crate::trace::single;
@@ -19,33 +19,52 @@ fn trees(mesh: &TriangleMesh, costs: WideCosts) -> (Bvh2, Bvh8) {
 }
 
 /// One scratch for all batches, as a thread has it: what it remembers must change no answer.
-fn answers(set: Instructions, way: Way, tree: &Bvh8, rays: &[Ray]) -> Vec<u64> {
+fn answers(set: Instructions, query: &Query<'_>, rays: &[Ray]) -> Vec<u64> {
     thread_local! {
         static SCRATCH: RefCell<Scratch> = RefCell::default();
     }
     let mut occluded = vec![0; words_for(rays.len())];
-    SCRATCH.with_borrow_mut(|scratch| any_hit(set, way, tree, rays, &mut occluded, scratch));
+    SCRATCH.with_borrow_mut(|scratch| any_hit(set, query, rays, &mut occluded, scratch));
     occluded
 }
 
-fn assert_as_binary(binary: &Bvh2, wide: &Bvh8, rays: &[Ray], closest: bool) -> Vec<u64> {
+fn assert_as_binary(
+    mesh: &TriangleMesh,
+    (binary, wide): (&Bvh2, &Bvh8),
+    rays: &[Ray],
+    closest: bool,
+) -> Vec<u64> {
+    let fast = assert_mode_as_binary(mesh, (binary, wide), rays, Fast);
+    assert_mode_as_binary(mesh, (binary, wide), rays, Exact);
+    for set in Instructions::all() {
+        if closest {
+            for ray in rays {
+                let expected = single::closest_hit(binary, ray);
+                assert_eq!(closest_hit(set, wide, mesh, ray), expected, "{set:?} {ray:?}");
+            }
+        }
+    }
+    fast
+}
+
+fn assert_mode_as_binary<T: TriangleTest>(
+    mesh: &TriangleMesh,
+    (binary, tree): (&Bvh2, &Bvh8),
+    rays: &[Ray],
+    test: T,
+) -> Vec<u64> {
     let mut expected = vec![0; words_for(rays.len())];
     for (index, ray) in rays.iter().enumerate() {
-        let hit = single::any_hit(binary, &Plan::Near, ray, &mut NoCount);
+        let hit = single::any_hit(binary, &Plan::Near, test, ray, &mut NoCount);
         expected[index / 64] |= u64::from(hit) << (index % 64);
     }
     for set in Instructions::all() {
         for way in WAYS {
-            let answers = answers(set, way, wide, rays);
+            let answers = answers(set, &Query { tree, mesh, way, mode: T::MODE }, rays);
             for (index, ray) in rays.iter().enumerate() {
                 let bit = |words: &[u64]| words[index / 64] >> (index % 64) & 1;
-                assert_eq!(bit(&answers), bit(&expected), "{set:?} {way:?} {index} {ray:?}");
-            }
-        }
-        if closest {
-            for ray in rays {
-                let expected = single::closest_hit(binary, ray);
-                assert_eq!(closest_hit(set, wide, ray), expected, "{set:?} {ray:?}");
+                let case = (set, way, T::MODE, index, ray);
+                assert_eq!(bit(&answers), bit(&expected), "{case:?}");
             }
         }
     }
@@ -111,7 +130,7 @@ fn all_kernels_answer_as_the_binary_tree_does() {
         let (binary, wide) = trees(&mesh, WideCosts { triangle, ..WideCosts::default() });
         for count in [0, 1, 63, 64, 65, 300] {
             let rays = rays(&mut random, &mesh, count);
-            let answers = assert_as_binary(&binary, &wide, &rays, count < 300);
+            let answers = assert_as_binary(&mesh, (&binary, &wide), &rays, count < 300);
             hits += answers.iter().map(|word| word.count_ones()).sum::<u32>();
             all += count;
         }
@@ -125,7 +144,7 @@ fn no_triangles() {
     let mesh = TriangleMesh::default();
     let (binary, wide) = trees(&mesh, WideCosts::default());
     let rays = rays(&mut Random::new(5), &mesh, 100);
-    assert_eq!(assert_as_binary(&binary, &wide, &rays, true), [0, 0]);
+    assert_eq!(assert_as_binary(&mesh, (&binary, &wide), &rays, true), [0, 0]);
 }
 
 /// Far from the origin, tiny and huge: where slacks are all that is left, or numbers run out.
@@ -155,7 +174,7 @@ fn scenes_of_any_scale_and_place() {
         let mesh = TriangleMesh::new(moved, mesh.triangles().to_vec());
         let (binary, wide) = trees(&mesh, WideCosts::default());
         println!("scale {scale}, offset {offset}");
-        assert_as_binary(&binary, &wide, &rays, true);
+        assert_as_binary(&mesh, (&binary, &wide), &rays, true);
     }
 }
 
@@ -165,15 +184,19 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
     let mesh = random.mesh(3000);
     let (_, wide) = trees(&mesh, WideCosts::default());
     let mut hits = 0;
-    for _ in 0..400 {
+    for _ in 0..250 {
         let rays = rays(&mut random, &mesh, 5000);
-        let expected = answers(Instructions::PORTABLE, Way::Stream, &wide, &rays);
-        for set in Instructions::all() {
-            for way in [Way::Single, Way::Stream] {
-                assert_eq!(answers(set, way, &wide, &rays), expected, "{set:?} {way:?}");
+        for mode in [Mode::Fast, Mode::Exact] {
+            let query = Query { tree: &wide, mesh: &mesh, way: Way::Stream, mode };
+            let expected = answers(Instructions::PORTABLE, &query, &rays);
+            for set in Instructions::all() {
+                for way in [Way::Single, Way::Stream] {
+                    let query = Query { way, ..query };
+                    assert_eq!(answers(set, &query, &rays), expected, "{set:?} {query:?}");
+                }
             }
+            hits += expected.iter().map(|word| word.count_ones()).sum::<u32>();
         }
-        hits += expected.iter().map(|word| word.count_ones()).sum::<u32>();
     }
     assert!(hits > 500_000, "{hits} hits");
 }
@@ -193,7 +216,7 @@ fn boxes_that_a_ray_meets_are_met() {
             .map(|ray| Ray { origin: ray.origin * scale + Vec3::splat(offset), ..ray })
             .collect();
         for set in Instructions::all() {
-            let mut prepared = Rays::EMPTY;
+            let mut prepared = Numbers::ZERO;
             let boxes: Vec<_> = (0..8)
                 .map(|_| {
                     // Flat and small ones too, some touching a ray's origin.
@@ -240,7 +263,7 @@ fn boxes_that_a_ray_meets_are_met() {
 /// The children that each ray meets, alone and as one of a group.
 fn masks<S: Simd + Wide>(
     s: S,
-    prepared: &mut Rays,
+    numbers: &mut Numbers,
     scene: &Aabb,
     rays: &[Ray],
     node: &Node8,
@@ -250,13 +273,15 @@ fn masks<S: Simd + Wide>(
         let (mut places, mut lists) = (Vec::new(), Default::default());
         places_by_octant::<S, S>(s, rays, &mut places, &mut lists);
         for places in places.chunks(STREAM) {
-            prepared.fill(s, s, scene, rays, places);
+            let mesh = TriangleMesh::default();
+            let target = Target { bounds: scene, mesh: &mesh, mode: Mode::Exact };
+            let prepared = Rays::new(s, s, numbers, target, rays, places);
             let active = prepared.valid;
-            let (by_group, _) = group::node_by_group(s, node, prepared, active);
+            let (by_group, _) = group::node_by_group(s, node, &prepared, active);
             for (index, &place) in places.iter().enumerate() {
                 if active >> index & 1 != 0 {
                     let octant = prepared.octants[index / S::GROUP];
-                    let alone = one_ray::OneRay::new(s, prepared, index, octant).meets(s, node);
+                    let alone = one_ray::OneRay::new(s, &prepared, index, octant).meets(s, node);
                     let in_group = (0..8).fold(0, |all, slot: usize| {
                         all | ((by_group[slot] >> index & 1) as u32) << slot
                     });
