@@ -260,3 +260,93 @@ impl Experiment for Peers {
         summary::finish(output, &self.rows, &self.builds)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ray::{Hit, Ray, RayBatch};
+    use std::time::Duration;
+
+    /// Answers as told, after as long as told.
+    struct Actor {
+        milliseconds: u64,
+        occluded: u64,
+        stats: BuildStats,
+    }
+
+    impl Accelerator for Actor {
+        fn build_stats(&self) -> &BuildStats {
+            &self.stats
+        }
+
+        fn closest_hit(&self, _: &Ray) -> Option<Hit> {
+            None
+        }
+
+        fn occluded(&self, _: &RayBatch<'_>, occluded: &mut [u64]) {
+            std::thread::sleep(Duration::from_millis(self.milliseconds));
+            occluded[0] = self.occluded;
+        }
+    }
+
+    /// The rows of contenders by spec, time and answers to three rays.
+    fn play(cast: &[(&str, u64, u64)]) -> Result<Vec<Row>> {
+        let settings = Settings { rounds: 3, size: [8, 8], spp: 1, seed: 0, backends: Vec::new() };
+        let specs = cast.iter().map(|actor| actor.0.parse().unwrap()).collect();
+        let backends: Vec<Box<dyn Accelerator>> = cast
+            .iter()
+            .map(|&(_, milliseconds, occluded)| {
+                let stats = BuildStats::default();
+                Box::new(Actor { milliseconds, occluded, stats }) as Box<dyn Accelerator>
+            })
+            .collect();
+        let mut set = RaySet::default();
+        set.push_batch(&[Ray::new(glam::Vec3::ZERO, glam::Vec3::X, 1.0); 3]);
+        let cell = Cell { scene: "stage", triangles: 0, rays: "ao", arrangement: "tiles", set };
+        let workers = &Workers::one_and_all()?[0];
+        Peers::of(&settings, specs).cell(&cell, &backends, workers, &|| ())
+    }
+
+    #[test]
+    fn embree_is_given_its_best() {
+        let rows = play(&[
+            ("bvh8", 2, 0b101),
+            ("embree:quality=high", 36, 0b101),
+            ("embree:quality=medium", 12, 0b101),
+            ("embree:quality=low", 6, 0b101),
+            ("embree:quality=high,width=8", 4, 0b101),
+            ("embree:quality=high,width=16", 20, 0b101),
+        ])
+        .unwrap();
+        // Of high and medium quality with single rays, and of all.
+        assert_eq!(rows[0].single.as_deref(), Some("embree:quality=medium"));
+        assert_eq!(rows[0].best.as_deref(), Some("embree:quality=high,width=8"));
+        let (single, best) = (rows[0].ratio_to_single.unwrap(), rows[0].ratio_to_best.unwrap());
+        assert!(single > best && best > 1.0, "{single} {best}");
+        assert!(rows[1..].iter().all(|row| row.best.is_none() && row.ratio_to_single.is_none()));
+        assert!(rows.iter().all(|row| (row.occluded_share - 2.0 / 3.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn other_answers_are_counted_of_embree_and_refused_of_native_contenders() {
+        let rows = play(&[("bvh8", 0, 0b101), ("embree", 0, 0b110)]).unwrap();
+        assert_eq!((rows[0].differing_rays, rows[1].differing_rays), (0, 2));
+        let error = play(&[("bvh8", 0, 0b101), ("bvh8:trace=single", 0, 0b111)]).unwrap_err();
+        assert_eq!(error.exit_status(), 3);
+        let wanted = "stage, ao tiles: bvh8:trace=single and bvh8 differ on 1 rays";
+        assert_eq!(error.to_string(), wanted);
+    }
+
+    #[test]
+    fn contenders_asked_for_are_added_once() {
+        let backends = ["kd", "bvh8:trace=auto", "embree:width=8"].map(|b| b.parse().unwrap());
+        let settings =
+            Settings { rounds: 1, size: [8, 8], spp: 1, seed: 0, backends: backends.to_vec() };
+        let peers = Peers::new(&settings);
+        let added: Vec<String> =
+            peers.contenders[CONTENDERS.len()..].iter().map(ToString::to_string).collect();
+        assert_eq!(added, ["kd"]);
+        assert!(peers.must_agree(2) && !peers.must_agree(3) && !peers.must_agree(15));
+        assert_eq!(peers.check().is_ok(), cfg!(feature = "embree"));
+    }
+}
