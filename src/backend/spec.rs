@@ -89,6 +89,16 @@ impl fmt::Display for BackendSpec {
     }
 }
 
+/// As printed.
+impl serde::Serialize for BackendSpec {
+    fn serialize<S: serde::Serializer>(
+        &self,
+        serializer: S,
+    ) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
 impl FromStr for BackendSpec {
     type Err = Error;
 

@@ -13,6 +13,7 @@ use std::fmt::Write;
 pub(super) static ENTRY: ExperimentEntry = ExperimentEntry {
     name: "correlation",
     about: "whether children with large surfaces hold large triangles, and fewer of them (E9)",
+    of_the_paper: true,
     start: |_| Box::new(Correlation::default()),
 };
 

@@ -16,6 +16,7 @@ use serde::Serialize;
 pub(super) static ENTRY: ExperimentEntry = ExperimentEntry {
     name: "example",
     about: "what a ray visits in the slides' five-node tree under each order (E8)",
+    of_the_paper: true,
     start: |_| Box::new(Example),
 };
 

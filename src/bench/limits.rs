@@ -11,6 +11,7 @@ use std::fmt::Write;
 pub(super) static ENTRY: ExperimentEntry = ExperimentEntry {
     name: "limits",
     about: "ratios near 1: unoccluded rays, and a soup of equal triangles (E10)",
+    of_the_paper: true,
     start: |settings| Box::new(Limits { settings: settings.clone(), rows: Vec::new() }),
 };
 

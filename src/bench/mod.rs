@@ -1,5 +1,6 @@
 //! The experiments of "SATO: Surface-Area Traversal Order for Shadow Ray Tracing" (Nah and
-//! Manocha, Computer Graphics Forum 33(6), 2014), on any scenes: what `sato bench` runs.
+//! Manocha, Computer Graphics Forum 33(6), 2014), and native backends beside Embree, on any scenes:
+//! what `sato bench` runs.
 //!
 //! Scenes come one after the other, so that each is loaded once, its trees are built once and its
 //! rays are recorded once, whatever the experiments. A new experiment is a file here with its entry,
@@ -10,6 +11,7 @@ pub mod example;
 mod limits;
 mod order_time;
 mod output;
+mod peers;
 mod similarity;
 mod speed_up;
 mod subject;
@@ -17,6 +19,7 @@ mod subject;
 pub use output::Output;
 pub use subject::Subject;
 
+use crate::backend::BackendSpec;
 use crate::report::{Provenance, SceneReport};
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
@@ -29,12 +32,23 @@ pub struct ExperimentEntry {
     pub name: &'static str,
     /// What it measures, in a line.
     pub about: &'static str,
+    /// Whether it is one of the paper's, which run if none is named and know their contenders.
+    /// Others run by name only and take [`Settings::backends`] too.
+    pub of_the_paper: bool,
     /// Begins it.
     pub start: fn(&Settings) -> Box<dyn Experiment>,
 }
 
 /// An experiment under way: it gathers rows scene by scene.
 pub trait Experiment {
+    /// Asked before anything is loaded.
+    ///
+    /// # Errors
+    /// If it cannot run in this build of the program.
+    fn check(&self) -> Result<()> {
+        Ok(())
+    }
+
     /// Steps that one scene takes, about: for the progress bar.
     fn steps(&self) -> usize;
 
@@ -59,6 +73,7 @@ pub static EXPERIMENTS: &[&ExperimentEntry] = &[
     &example::ENTRY,
     &correlation::ENTRY,
     &limits::ENTRY,
+    &peers::ENTRY,
 ];
 
 /// The counterparts of the paper's six static scenes, in its order.
@@ -81,6 +96,8 @@ pub struct Settings {
     pub spp: u32,
     /// Seed of all samples and of random orders.
     pub seed: u64,
+    /// Contenders besides those that an experiment has; the paper's experiments take none.
+    pub backends: Vec<BackendSpec>,
 }
 
 /// What to run, and where the results go.
@@ -121,12 +138,13 @@ struct BenchReport {
 /// `report.json` with every row, `report.txt`, and a CSV file and charts of each experiment.
 ///
 /// # Errors
-/// A scene that cannot be loaded, a backend that fails, backends that answer differently, a file
-/// that cannot be written. Nothing is written before all is measured.
+/// A backend that this build lacks, a scene that cannot be loaded, a backend that fails, backends
+/// that answer differently, a file that cannot be written. Nothing is written before all is measured.
 pub fn run(plan: &Plan, progress: Progress<'_>) -> Result<String> {
-    let scenes = plan.scenes.iter().map(check_scene).collect::<Result<Vec<_>>>()?;
     let mut experiments: Vec<_> =
         plan.experiments.iter().map(|entry| (entry, (entry.start)(&plan.settings))).collect();
+    experiments.iter().try_for_each(|(_, experiment)| experiment.check())?;
+    let scenes = plan.scenes.iter().map(check_scene).collect::<Result<Vec<_>>>()?;
     let steps: usize = experiments.iter().map(|(_, e)| e.steps()).sum::<usize>() * scenes.len();
     let done = std::cell::Cell::new(0);
     let mut reports = Vec::new();

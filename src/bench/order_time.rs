@@ -16,6 +16,7 @@ use std::time::Instant;
 pub(super) static ENTRY: ExperimentEntry = ExperimentEntry {
     name: "order-time",
     about: "time to compute each order on one thread, beside the paper's Table 1 (E1, E2, E3)",
+    of_the_paper: true,
     start: |settings| Box::new(OrderTime { settings: settings.clone(), rows: Vec::new() }),
 };
 

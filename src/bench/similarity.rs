@@ -12,6 +12,7 @@ use std::fmt::Write;
 pub(super) static ENTRY: ExperimentEntry = ExperimentEntry {
     name: "similarity",
     about: "share of nodes whose children each order visits as NodeSATO does (E5)",
+    of_the_paper: true,
     start: |_| Box::new(Similarity { rows: Vec::new() }),
 };
 

@@ -16,6 +16,7 @@ use std::fmt::Write;
 pub(super) static ENTRY: ExperimentEntry = ExperimentEntry {
     name: "speed-up",
     about: "shadow-ray time under each order against front to back, occluded and open rays apart (E4)",
+    of_the_paper: true,
     start: |settings| {
         Box::new(SpeedUp { settings: settings.clone(), traversals: traversals(), rows: Vec::new() })
     },

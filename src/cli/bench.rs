@@ -1,7 +1,8 @@
-//! `sato bench`: the paper's experiments.
+//! `sato bench`: the paper's experiments, and native backends beside Embree.
 
-use super::options::Run;
+use super::options::{Run, parse_backend};
 use super::{print, progress};
+use crate::backend::BackendSpec;
 use crate::bench::{self, EXPERIMENTS, ExperimentEntry, PAPER_SCENES, Plan, Settings};
 use crate::{Error, Result};
 use clap::Args;
@@ -9,13 +10,16 @@ use std::path::PathBuf;
 
 #[derive(Args, Debug)]
 pub(super) struct Arguments {
-    /// Experiments [default: all]; `sato list` has a line on each
+    /// Experiments [default: the paper's]; `sato list` has a line on each
     #[arg(value_name = "EXPERIMENT", value_parser = parse_experiment)]
     experiments: Vec<&'static ExperimentEntry>,
     /// Scene file (.toml), mesh (.obj, .obj.zst) or generator; repeat for more [default: the six
     /// counterparts of the paper's scenes]
     #[arg(long, value_name = "SCENE")]
     scene: Vec<String>,
+    /// Backend to try beside those that `peers` has; repeat for more
+    #[arg(long, value_name = "SPEC", value_parser = parse_backend)]
+    backend: Vec<BackendSpec>,
     /// Folder for tables, charts and the report
     #[arg(long, short, value_name = "FOLDER", default_value = "out/bench")]
     output: PathBuf,
@@ -54,10 +58,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 fn bench(arguments: &Arguments) -> Result<()> {
     let Arguments { run, quick, .. } = arguments;
     let experiments = if arguments.experiments.is_empty() {
-        EXPERIMENTS.to_vec()
+        EXPERIMENTS.iter().copied().filter(|e| e.of_the_paper).collect()
     } else {
         arguments.experiments.clone()
     };
+    if !arguments.backend.is_empty() && experiments.iter().all(|e| e.of_the_paper) {
+        let takers = EXPERIMENTS.iter().filter(|e| !e.of_the_paper).map(|e| e.name);
+        let takers: Vec<_> = takers.collect();
+        return Err(Error::Usage(format!("--backend: only taken by: {}", takers.join(", "))));
+    }
     let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
     let scenes: Vec<String> = match (&arguments.scene, quick) {
         (scenes, _) if !scenes.is_empty() => scenes.clone(),
@@ -70,6 +79,7 @@ fn bench(arguments: &Arguments) -> Result<()> {
         size: arguments.size.as_ref().map_or(default_size, |s| [s[0], s[1]]),
         spp: arguments.spp,
         seed: run.seed,
+        backends: arguments.backend.clone(),
     };
     let plan = Plan { experiments, scenes, settings, folder: arguments.output.clone() };
     let bar = progress::bar("bench", 0, run.quiet);

@@ -33,7 +33,8 @@ pub(super) fn run() -> Result<()> {
     }
     text.push_str("\nExperiments: sato bench EXPERIMENT\n\n");
     for experiment in EXPERIMENTS {
-        let _ = writeln!(text, "  {:<15} {}", experiment.name, experiment.about);
+        let mark = if experiment.of_the_paper { "" } else { " (only if named)" };
+        let _ = writeln!(text, "  {:<15} {}{mark}", experiment.name, experiment.about);
     }
     print(&text)
 }

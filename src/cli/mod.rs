@@ -38,7 +38,7 @@ enum Command {
     Render(render::Arguments),
     /// Time backends on the same recorded rays and show where they disagree
     Compare(compare::Arguments),
-    /// Run the paper's experiments: order times, speed-ups, similarity, limits
+    /// Run the paper's experiments (order times, speed-ups, similarity, limits), or race Embree
     Bench(bench::Arguments),
     /// Record shadow rays to a file, or give recorded rays to backends
     #[command(subcommand)]
