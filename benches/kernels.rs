@@ -8,13 +8,15 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use sato::backend::{Accelerator, SharedTrees};
 use sato::build::{self, BUILDERS, WideCosts, kd_sah};
+use sato::geometry::TriangleMesh;
+use sato::intersect::Mode;
 use sato::lab::Lab;
 use sato::order::{self, OrderContext, Scores};
 use sato::ray::RayBatch;
 use sato::ray_set::RaySet;
 use sato::render::{Pass, RenderSettings, record};
 use sato::scene::{self, Scene};
-use sato::trace::wide::{self, Instructions, Scratch, Way};
+use sato::trace::wide::{self, Instructions, Query, Scratch, Way};
 use sato::tree::{Bvh2, Bvh8};
 use std::sync::{Arc, LazyLock, Mutex};
 
@@ -74,11 +76,11 @@ impl Bench {
             for (way, name) in [(Way::Single, "single"), (Way::Stream, "stream")] {
                 kernels.push(Kernel {
                     name: format!("bvh8 {name}, {}", instructions.name()),
-                    run: wide_kernel(instructions, way, Arc::clone(&tree)),
+                    run: wide_kernel(instructions, way, Arc::clone(&tree), Arc::clone(&scene.mesh)),
                 });
             }
         }
-        for spec in ["bvh8", "bvh2:trace=single", "bvh2:trace=packet", "kd"] {
+        for spec in ["bvh8", "bvh8:mode=fast", "bvh2:trace=single", "bvh2:trace=packet", "kd"] {
             let backend = backend(spec);
             let run = move |rays: &RaySet, answers: &mut [u64]| {
                 for (batch, words) in rays.batches_with(answers) {
@@ -118,12 +120,18 @@ fn collapse(tree: &Bvh2, scores: &Scores) -> Bvh8 {
     build::collapse(tree, WideCosts::default(), &|node, side| scores[node][side])
 }
 
-fn wide_kernel(instructions: Instructions, way: Way, tree: Arc<Bvh8>) -> Box<Run> {
+fn wide_kernel(
+    instructions: Instructions,
+    way: Way,
+    tree: Arc<Bvh8>,
+    mesh: Arc<TriangleMesh>,
+) -> Box<Run> {
     let scratch = Mutex::new(Scratch::default());
     Box::new(move |rays, answers| {
         let mut scratch = scratch.lock().expect("no kernel panics");
+        let query = Query { tree: &tree, mesh: &mesh, way, mode: Mode::Exact };
         for (RayBatch { rays }, words) in rays.batches_with(answers) {
-            wide::any_hit(instructions, way, &tree, rays, words, &mut scratch);
+            wide::any_hit(instructions, &query, rays, words, &mut scratch);
         }
     })
 }

@@ -14,7 +14,7 @@ use serde::Serialize;
 const MOST_ROUNDS: usize = 5;
 
 /// Keys that say how rays are answered: specs that differ in these alone are built alike.
-const ANSWERING: [&str; 3] = ["trace", "width", "flags"];
+const ANSWERING: [&str; 4] = ["trace", "mode", "width", "flags"];
 
 /// One tree built on so many threads.
 #[derive(Clone, Debug, Serialize)]
