@@ -3,8 +3,8 @@
 //! Compressed Wide BVHs", High Performance Graphics, 2017): for each subtree and each number of
 //! slots, the cheapest way to fill them with leaves and nodes.
 
-use crate::geometry::Aabb;
-use crate::tree::{Bvh2, Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, WIDTH, unit_normal};
+use crate::geometry::{Aabb, Triangle};
+use crate::tree::{Bvh2, Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, WIDTH, write_leaf};
 
 /// Expected costs of visits, in visits of a node.
 #[derive(Clone, Copy, Debug)]
@@ -177,17 +177,13 @@ impl Collapse<'_> {
         self.slots_below(binary, &mut slots);
         assert!(slots.len() <= MAX_WIDE_LEAF, "{} triangles in a leaf", slots.len());
         self.wide.triangle_ids.extend(slots.iter().map(|&slot| self.tree.triangle_ids[slot]));
-        for corner in 0..3 {
-            for axis in 0..3 {
-                let row = slots.iter().map(|&slot| self.tree.triangles[slot].0[corner][axis]);
-                self.wide.leaves.extend(row);
-            }
+        let mut triangles = [Triangle::default(); MAX_WIDE_LEAF];
+        for (triangle, &slot) in triangles.iter_mut().zip(&slots) {
+            *triangle = self.tree.triangles[slot];
         }
-        let normals: Vec<_> =
-            slots.iter().map(|&slot| unit_normal(&self.tree.triangles[slot])).collect();
-        for axis in 0..3 {
-            self.wide.leaves.extend(normals.iter().map(|normal| normal[axis]));
-        }
+        self.wide.leaves.resize((first + slots.len()) * LEAF_ROWS, 0.0);
+        let block = &mut self.wide.leaves[first * LEAF_ROWS..];
+        write_leaf(block, &triangles[..slots.len()]);
         ChildRef::leaf(first, slots.len())
     }
 

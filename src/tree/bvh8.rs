@@ -79,6 +79,20 @@ pub fn unit_normal(triangle: &Triangle) -> Vec3 {
     if certain { (normal / length).as_vec3() } else { Vec3::ZERO }
 }
 
+/// Writes a leaf of these triangles, at most [`MAX_WIDE_LEAF`], into its block of [`LEAF_ROWS`]
+/// numbers for each: see [`Bvh8::leaves`].
+pub(crate) fn write_leaf(block: &mut [f32], triangles: &[Triangle]) {
+    let count = triangles.len();
+    debug_assert_eq!(block.len(), count * LEAF_ROWS);
+    for (index, triangle) in triangles.iter().enumerate() {
+        let [a, b, c] = triangle.0;
+        let vectors = [a, b, c, unit_normal(triangle)];
+        for (row, number) in vectors.iter().flat_map(|v| v.to_array()).enumerate() {
+            block[row * count + index] = number;
+        }
+    }
+}
+
 /// An eight-wide tree over the triangles of a mesh.
 ///
 /// Nodes lie in depth-first order, a parent before its children. Each triangle lies in exactly one

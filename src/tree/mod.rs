@@ -8,8 +8,8 @@ mod notes;
 
 pub use bits::NodeBits;
 pub use bvh2::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
-pub(crate) use bvh8::LEAF_ROWS;
 pub use bvh8::{Bvh8, MAX_WIDE_DEPTH, MAX_WIDE_LEAF, Node8, WIDTH, unit_normal};
+pub(crate) use bvh8::{LEAF_ROWS, write_leaf};
 pub use kd::{KD_INTERSECTION_COST, KD_MAX_DEPTH, KD_MAX_NODES, KD_TRAVERSAL_COST, KdNode, KdTree};
 pub use notes::SplitNotes;
 
