@@ -73,10 +73,10 @@ pub fn unit_normal(triangle: &Triangle) -> Vec3 {
     let (ab, ac) = (b - a, c - a);
     let normal = ab.cross(ac);
     // Products of two edges lose at most 2^-51 of their lengths.
-    let scale = ab.length() * ac.length();
-    let length = normal.length();
-    let certain = length > scale / f64::from(1 << 20) && length > 1e-60;
-    if certain { (normal / length).as_vec3() } else { Vec3::ZERO }
+    let squared = normal.length_squared();
+    let scale = ab.length_squared() * ac.length_squared();
+    let certain = squared > scale / f64::from(1 << 20).powi(2) && squared > 1e-120;
+    if certain { (normal * squared.sqrt().recip()).as_vec3() } else { Vec3::ZERO }
 }
 
 /// Writes a leaf of these triangles, at most [`MAX_WIDE_LEAF`], into its block of [`LEAF_ROWS`]
