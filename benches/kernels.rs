@@ -7,7 +7,7 @@
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use sato::backend::{Accelerator, SharedTrees};
-use sato::build::{self, BUILDERS, WideCosts, kd_sah};
+use sato::build::{self, BUILDERS, Leaves, WideCosts, kd_sah};
 use sato::geometry::TriangleMesh;
 use sato::intersect::Mode;
 use sato::lab::Lab;
@@ -43,9 +43,8 @@ struct Kernel {
 /// What is measured, made once.
 struct Bench {
     scene: Scene,
+    /// With leaves of single triangles, which collapsing wants.
     binary: Bvh2,
-    /// Of `binary` with leaves of single triangles, which collapsing wants.
-    split: Bvh2,
     scores: Scores,
     kernels: Vec<Kernel>,
     rays: Vec<(Pass, RaySet)>,
@@ -67,10 +66,9 @@ impl Bench {
         let rays: Vec<_> =
             recording.passes().iter().map(|pass| (pass.pass(), pass.rays().clone())).collect();
 
-        let binary = (BUILDERS[0].build)(&scene.mesh);
-        let split = build::split_leaves(&binary);
-        let scores = scores(&split, &scene);
-        let tree = Arc::new(collapse(&split, &scores));
+        let binary = (BUILDERS[0].build)(&scene.mesh, Leaves::Single);
+        let scores = scores(&binary, &scene);
+        let tree = Arc::new(collapse(&binary, &scores));
         let mut kernels = Vec::new();
         for instructions in Instructions::all() {
             for (way, name) in [(Way::Single, "single"), (Way::Stream, "stream")] {
@@ -89,7 +87,7 @@ impl Bench {
             };
             kernels.push(Kernel { name: spec.into(), run: Box::new(run) });
         }
-        let bench = Self { scene, binary, split, scores, kernels, rays };
+        let bench = Self { scene, binary, scores, kernels, rays };
         bench.check();
         bench
     }
@@ -117,7 +115,7 @@ fn scores(tree: &Bvh2, scene: &Scene) -> Scores {
 }
 
 fn collapse(tree: &Bvh2, scores: &Scores) -> Bvh8 {
-    build::collapse(tree, WideCosts::default(), &|node, side| scores[node][side])
+    build::collapse(tree, WideCosts::default(), |node, side| scores[node][side])
 }
 
 fn wide_kernel(
@@ -177,7 +175,14 @@ fn builder_names() -> impl Iterator<Item = &'static str> {
 #[divan::bench(args = builder_names(), sample_count = 10, max_time = 5)]
 fn build_bvh2(bencher: Bencher<'_, '_>, builder: &str) {
     let builder = build::find(builder).expect("one of the names");
-    bencher.counter(triangles()).bench_local(|| (builder.build)(&BENCH.scene.mesh));
+    bencher.counter(triangles()).bench_local(|| (builder.build)(&BENCH.scene.mesh, Leaves::Fit));
+}
+
+#[divan::bench(args = builder_names(), sample_count = 10, max_time = 5)]
+fn build_single_triangles(bencher: Bencher<'_, '_>, builder: &str) {
+    let builder = build::find(builder).expect("one of the names");
+    let build = || (builder.build)(&BENCH.scene.mesh, Leaves::Single);
+    bencher.counter(triangles()).bench_local(build);
 }
 
 #[divan::bench(sample_count = 10, max_time = 5)]
@@ -190,16 +195,11 @@ fn build_kd(bencher: Bencher<'_, '_>) {
 }
 
 #[divan::bench(sample_count = 20, max_time = 3)]
-fn split_leaves(bencher: Bencher<'_, '_>) {
-    bencher.counter(triangles()).bench_local(|| build::split_leaves(&BENCH.binary));
-}
-
-#[divan::bench(sample_count = 20, max_time = 3)]
 fn score_children(bencher: Bencher<'_, '_>) {
-    bencher.counter(triangles()).bench_local(|| scores(&BENCH.split, &BENCH.scene));
+    bencher.counter(triangles()).bench_local(|| scores(&BENCH.binary, &BENCH.scene));
 }
 
 #[divan::bench(sample_count = 20, max_time = 3)]
 fn collapse_to_bvh8(bencher: Bencher<'_, '_>) {
-    bencher.counter(triangles()).bench_local(|| collapse(&BENCH.split, &BENCH.scores));
+    bencher.counter(triangles()).bench_local(|| collapse(&BENCH.binary, &BENCH.scores));
 }

@@ -11,7 +11,7 @@ use sato::ray_set::RaySet;
 use sato::tree::{Bvh2, ChildRef, Plan};
 
 fn built(mesh: &TriangleMesh) -> Bvh2 {
-    (sato::build::find("binned").unwrap().build)(mesh)
+    (sato::build::find("binned").unwrap().build)(mesh, sato::build::Leaves::Fit)
 }
 
 /// A number for the triangles below a child: the larger one comes first.

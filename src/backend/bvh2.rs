@@ -66,7 +66,7 @@ impl Bvh2Backend {
         if order.needs_training && context.training.is_none() {
             return Err(failed(format!("order={} needs recorded rays to learn from", order.name)));
         }
-        let built = context.trees.bvh2(builder).map_err(failed)?;
+        let built = context.trees.bvh2(builder, build::Leaves::Fit).map_err(failed)?;
         let tree = &built.tree;
         let start = Instant::now();
         let plan = (order.plan_bvh2)(

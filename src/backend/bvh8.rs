@@ -76,21 +76,20 @@ impl Bvh8Backend {
         let scores = scores.expect("specs are checked");
         let shared = context
             .trees
-            .bvh2(builder)
+            .bvh2(builder, build::Leaves::Single)
             .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
         let start = Instant::now();
-        let binary = build::split_leaves(&shared.tree);
-        let built = Instant::now();
+        let binary = &shared.tree;
         let order_context = OrderContext {
             mesh: &context.scene.mesh,
             seed: context.seed,
             training: context.training,
         };
-        let scores = scores(&binary, &order_context);
+        let scores = scores(binary, &order_context);
         let ordered = Instant::now();
         let tree =
-            build::collapse(&binary, build::WideCosts::default(), &|node, side| scores[node][side]);
-        let order_ms = (ordered - built).as_secs_f64() * 1e3;
+            build::collapse(binary, build::WideCosts::default(), |node, side| scores[node][side]);
+        let order_ms = (ordered - start).as_secs_f64() * 1e3;
         let instructions = Instructions::detect();
         let stats = BuildStats {
             build_ms: shared.build_ms + start.elapsed().as_secs_f64() * 1e3 - order_ms,

@@ -1,8 +1,8 @@
 //! Trees that several backends of one scene use: an order is a plan beside a tree, so backends that
 //! differ in order or kernel alone share it.
 
-use crate::build::BuilderEntry;
 use crate::build::kd_sah::{self, Splits};
+use crate::build::{BuilderEntry, Leaves};
 use crate::geometry::TriangleMesh;
 use crate::scene::Scene;
 use crate::tree::{Bvh2, ChildRef, KdTree};
@@ -22,7 +22,7 @@ pub struct Built<T> {
 #[derive(Debug)]
 pub struct SharedTrees {
     mesh: Arc<TriangleMesh>,
-    bvh2: List<&'static str, Bvh2>,
+    bvh2: List<(&'static str, Leaves), Bvh2>,
     kd: List<Splits, KdTree>,
 }
 
@@ -39,7 +39,11 @@ impl SharedTrees {
     ///
     /// # Errors
     /// If the mesh is larger than the layout can hold.
-    pub fn bvh2(&self, builder: &'static BuilderEntry) -> Result<Arc<Built<Bvh2>>, String> {
+    pub fn bvh2(
+        &self,
+        builder: &'static BuilderEntry,
+        leaves: Leaves,
+    ) -> Result<Arc<Built<Bvh2>>, String> {
         if self.mesh.len() > ChildRef::MAX_TRIANGLES {
             return Err(format!(
                 "{} triangles are more than the {} that a tree can hold",
@@ -47,7 +51,7 @@ impl SharedTrees {
                 ChildRef::MAX_TRIANGLES
             ));
         }
-        shared(&self.bvh2, builder.name, || Ok((builder.build)(&self.mesh)))
+        shared(&self.bvh2, (builder.name, leaves), || Ok((builder.build)(&self.mesh, leaves)))
     }
 
     /// The kd-tree with these splits, likewise.

@@ -5,6 +5,7 @@ use crate::Error;
 use crate::Result;
 use crate::backend::Built;
 use crate::build;
+use crate::build::Leaves;
 use crate::build::kd_sah::Splits;
 use crate::lab::Lab;
 use crate::order::OrderContext;
@@ -53,7 +54,7 @@ impl<'a> Subject<'a> {
     /// The binary tree of the default builder.
     pub fn bvh2(&self) -> Result<Arc<Built<Bvh2>>> {
         let builder = build::BUILDERS[0];
-        self.lab.trees().bvh2(builder).map_err(|message| self.failed("bvh2", message))
+        self.lab.trees().bvh2(builder, Leaves::Fit).map_err(|message| self.failed("bvh2", message))
     }
 
     /// The kd-tree with the default splits.

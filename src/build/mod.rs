@@ -6,12 +6,10 @@ mod collapse;
 pub mod kd_sah;
 mod object_split;
 mod spatial;
-mod split_leaves;
 mod sweep;
 mod top_down;
 
 pub use collapse::{WideCosts, collapse};
-pub use split_leaves::split_leaves;
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;
@@ -24,7 +22,17 @@ pub struct BuilderEntry {
     /// What it is, in a line.
     pub about: &'static str,
     /// Builds on the current rayon pool. The tree is the same for any number of threads.
-    pub build: fn(&TriangleMesh) -> Bvh2,
+    pub build: fn(&TriangleMesh, Leaves) -> Bvh2,
+}
+
+/// Where a builder ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leaves {
+    /// At leaves of as many triangles as suit tests one by one.
+    Fit,
+    /// At single triangles: what a wide tree puts together in its leaves depends on costs that
+    /// builders of binary trees do not know. See [`collapse`].
+    Single,
 }
 
 /// All builders.

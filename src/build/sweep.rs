@@ -4,7 +4,7 @@
 //! each axis; splits keep the lists sorted, so all of it takes O(N log N).
 
 use super::top_down::{TRAVERSAL_COST, half_area};
-use super::{BuilderEntry, ordered, top_down};
+use super::{BuilderEntry, Leaves, ordered, top_down};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::tree::Bvh2;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ pub(super) static ENTRY: BuilderEntry = BuilderEntry {
 /// Parts whose axes are worth a thread each.
 const PARALLEL_AXES: usize = 1 << 14;
 
-fn build(mesh: &TriangleMesh) -> Bvh2 {
+fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
     let boxes: Vec<Aabb> =
         (0..mesh.len()).into_par_iter().map(|i| mesh.triangle(i).bounds()).collect();
     let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
@@ -29,7 +29,7 @@ fn build(mesh: &TriangleMesh) -> Bvh2 {
     let axes = [(x, scratch_x), (y, scratch_y), (z, scratch_z)];
     let axes = axes.map(|(ids, scratch)| List { ids, scratch });
     let root = (!mesh.is_empty()).then_some(Part { boxes: &boxes, axes, bounds });
-    top_down::build(mesh, root)
+    top_down::build(mesh, root, leaves)
 }
 
 /// Sorts triangles along an axis by their centres, then by index.
@@ -228,8 +228,9 @@ mod tests {
     fn it_costs_no_more_than_bins() {
         for (seed, count) in [(82, 300), (83, 3000), (84, 20_000)] {
             let mesh = Random::new(seed).mesh(count);
-            let binned = (super::super::find("binned").unwrap().build)(&mesh).sah_cost();
-            let tree = build(&mesh);
+            let binned =
+                (super::super::find("binned").unwrap().build)(&mesh, Leaves::Fit).sah_cost();
+            let tree = build(&mesh, Leaves::Fit);
             assert!(tree.sah_cost() <= binned, "{count}: {} {binned}", tree.sah_cost());
             assert!(tree.leaf_count() > count / MAX_LEAF_TRIANGLES);
         }

@@ -5,14 +5,18 @@ use crate::test_random::Random;
 use crate::tree::MAX_LEAF_TRIANGLES;
 use glam::Vec3;
 
-/// The trees of all builders.
+/// The trees of all builders, each first with leaves that fit.
 fn checked(mesh: &TriangleMesh) -> Vec<Bvh2> {
     let checked = |builder: &&BuilderEntry| {
-        let tree = (builder.build)(mesh);
-        tree.validate(mesh).unwrap_or_else(|wrong| panic!("{}: {wrong}", builder.name));
-        tree
+        [Leaves::Fit, Leaves::Single].map(|leaves| {
+            let tree = (builder.build)(mesh, leaves);
+            tree.validate(mesh).unwrap_or_else(|wrong| panic!("{}: {wrong}", builder.name));
+            let largest = tree.leaf_count() == tree.triangles.len();
+            assert!(leaves == Leaves::Fit || largest, "{}", builder.name);
+            tree
+        })
     };
-    BUILDERS.iter().map(checked).collect()
+    BUILDERS.iter().flat_map(checked).collect()
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! depend on how many there are. Slots that leaves of several triangles, or unused room, leave empty
 //! are closed up at the end.
 
+use super::Leaves;
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::tree::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2, SplitNotes};
 use rayon::prelude::*;
@@ -48,23 +49,23 @@ pub(super) trait Part: Sized + Send {
     fn halve(self) -> [Self; 2];
 }
 
-const EMPTY_NODE: Node2 =
-    Node2 { bounds: [Aabb::EMPTY; 2], children: [ChildRef::UNUSED; 2], counts: [0; 2] };
-
 const EMPTY_SLOT: u32 = u32::MAX;
 
 /// Builds the tree of all of `mesh` from its root; `None` for an empty mesh.
-pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>) -> Bvh2 {
+pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>, leaves: Leaves) -> Bvh2 {
     let capacity = root.as_ref().map_or(0, P::capacity);
     let bounds = root.as_ref().map_or(Aabb::EMPTY, P::bounds);
-    let mut nodes = vec![EMPTY_NODE; capacity.saturating_sub(1)];
+    // Then every slot will be used.
+    let is_tight = leaves == Leaves::Single && root.as_ref().map_or(0, P::count) == capacity;
+    let mut nodes: Vec<Node2> = bytemuck::zeroed_vec(capacity.saturating_sub(1));
     let mut notes = vec![0; nodes.len()];
     let mut triangle_ids = vec![EMPTY_SLOT; capacity];
     let root = root.map(|part| {
         let room = Room { nodes: &mut nodes, notes: &mut notes, slots: &mut triangle_ids };
-        grow(part, room, Place::default()).child
+        grow(part, room, Place::default(), leaves).child
     });
-    let root = close_up(&mut nodes, &mut notes, &mut triangle_ids, root);
+    let root =
+        if is_tight { root } else { close_up(&mut nodes, &mut notes, &mut triangle_ids, root) };
     let triangles = triangle_ids.par_iter().map(|&i| mesh.triangle(i as usize)).collect();
     let notes = SplitNotes::from_bytes(&notes);
     Bvh2 { nodes, root, bounds, triangles, triangle_ids, notes }
@@ -94,22 +95,23 @@ struct Grown {
     count: usize,
 }
 
-fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place) -> Grown {
+fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place, leaves: Leaves) -> Grown {
     let (count, bounds) = (part.count(), part.bounds());
     if count == 1 {
         return leaf(&part, room, place);
     }
     // From here on halving must lead to leaves before the depth runs out.
     let must_halve = MAX_DEPTH - place.depth <= count.ilog2() as usize + 1;
+    let may_be_leaf = leaves == Leaves::Fit && count <= MAX_SAH_LEAF;
     let best = if must_halve { None } else { part.best_split() };
     let sides = match best {
         Some((split, cost)) => {
-            if count <= MAX_SAH_LEAF && count as f32 * bounds.half_area() as f32 <= cost {
+            if may_be_leaf && count as f32 * half_area(&bounds) <= cost {
                 return leaf(&part, room, place);
             }
             part.divide(split)
         }
-        None if count <= MAX_SAH_LEAF => return leaf(&part, room, place),
+        None if may_be_leaf => return leaf(&part, room, place),
         None => part.halve(),
     };
     let middle = sides[0].capacity();
@@ -130,11 +132,11 @@ fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place) -> Grown {
     let upper_room = Room { nodes: upper_nodes, notes: upper_notes, slots: upper_slots };
     let (lower, upper) = if count > PARALLEL_PART {
         rayon::join(
-            || grow(lower, lower_room, lower_place),
-            || grow(upper, upper_room, upper_place),
+            || grow(lower, lower_room, lower_place, leaves),
+            || grow(upper, upper_room, upper_place, leaves),
         )
     } else {
-        (grow(lower, lower_room, lower_place), grow(upper, upper_room, upper_place))
+        (grow(lower, lower_room, lower_place, leaves), grow(upper, upper_room, upper_place, leaves))
     };
     *node = Node2 {
         bounds: [lower.bounds, upper.bounds],

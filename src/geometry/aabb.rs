@@ -1,9 +1,10 @@
 //! Axis-aligned bounding boxes.
 
+use bytemuck::Zeroable;
 use glam::Vec3;
 
 /// A closed axis-aligned box; empty while `min > max` on some axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 pub struct Aabb {
     /// Lower corner.
     pub min: Vec3,

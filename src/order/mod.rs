@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn scores_say_what_plans_do() {
         let mesh = Random::new(61).mesh(4000);
-        let tree = (build::find("binned").unwrap().build)(&mesh);
+        let tree = (build::find("binned").unwrap().build)(&mesh, build::Leaves::Fit);
         let context = OrderContext::new(&mesh);
         let mut scored = 0;
         for order in ORDERS.iter().filter(|o| o.name != "random") {

@@ -24,7 +24,7 @@ mod tests {
     #[test]
     fn the_larger_box_comes_first() {
         let mesh = Random::new(1).mesh(5000);
-        let tree = (build::find("binned").unwrap().build)(&mesh);
+        let tree = (build::find("binned").unwrap().build)(&mesh, build::Leaves::Fit);
         let Plan::Fixed(bits) = (ENTRY.plan_bvh2)(&tree, &OrderContext::new(&mesh)) else {
             panic!("a fixed order");
         };

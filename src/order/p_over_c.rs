@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn probabilities_and_costs_are_possible() {
         let mesh = Random::new(51).mesh(3000);
-        let tree = (build::find("binned").unwrap().build)(&mesh);
+        let tree = (build::find("binned").unwrap().build)(&mesh, build::Leaves::Fit);
         let (bits, root) = bottom_up(&tree, &StopOverCost);
         let root = root.unwrap();
         assert!((0.0..=1.0).contains(&root.stop) && root.cost > 1.0, "{root:?}");

@@ -109,7 +109,7 @@ mod tests {
     fn the_first_child_has_the_larger_triangles() {
         let mesh = Random::new(31).mesh(5000);
         for (entry, key) in [(&MEAN, mean as fn(&[f64]) -> f64), (&LARGEST, largest)] {
-            let tree = (build::find("binned").unwrap().build)(&mesh);
+            let tree = (build::find("binned").unwrap().build)(&mesh, build::Leaves::Fit);
             let Plan::Fixed(bits) = (entry.plan_bvh2)(&tree, &OrderContext::new(&mesh)) else {
                 panic!("a fixed order");
             };

@@ -237,7 +237,7 @@ mod tests {
         let mut random = Random::new(71);
         let mesh = random.mesh(4000);
         let set = set(&mut random, 6000);
-        let tree = (build::find("binned").unwrap().build)(&mesh);
+        let tree = (build::find("binned").unwrap().build)(&mesh, build::Leaves::Fit);
         let mut cost_of = [0.0; 2];
         for (entry, cost) in [&EXACT, &BY_RATIO].into_iter().zip(&mut cost_of) {
             let context = OrderContext { training: Some(&set), ..OrderContext::new(&mesh) };
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn without_rays_areas_decide() {
         let mesh = Random::new(72).mesh(2000);
-        let tree = (build::find("binned").unwrap().build)(&mesh);
+        let tree = (build::find("binned").unwrap().build)(&mesh, build::Leaves::Fit);
         let empty = RaySet::default();
         let context = OrderContext { training: Some(&empty), ..OrderContext::new(&mesh) };
         let learned = (EXACT.plan_bvh2)(&tree, &context);

@@ -74,26 +74,28 @@ impl Node8 {
 /// then is in doubt. A triangle that has no area for certain is one that lines miss: its last number
 /// is far below zero.
 fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
-    const NO_AREA: f32 = -1e30;
-    let corners = triangle.0.map(|v| v.as_dvec3());
-    let [a, b, c] = corners;
+    const NO_AREA: f64 = -1e30;
+    let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
     let (ab, ac) = (b - a, c - a);
     let cross = ab.cross(ac);
     let largest = ab.abs().max(ac.abs()).max_element();
     // A power of two that is no smaller, so that scaling rounds nothing.
     let scale = f64::from_bits(((largest.to_bits() >> 52) + 1) << 52);
     // Products of two edges lose at most 2^-51 of their lengths.
-    let (length, lengths) = (cross.length(), ab.length() * ac.length());
-    let (normal, height) = if length > lengths / f64::from(1 << 20) && length > 1e-250 {
-        (cross / length, length / scale)
-    } else if cross == DVec3::ZERO && is_difference(a, b, ab) && is_difference(a, c, ac) {
-        // With exact differences and products, nothing but a difference of equal numbers is zero.
-        (DVec3::splat(3f64.sqrt().recip()), f64::from(NO_AREA))
-    } else {
-        (DVec3::ZERO, 0.0)
-    };
-    let (ab, ac) =
-        if height < 0.0 { (DVec3::ZERO, DVec3::ZERO) } else { (-ab / scale, ac / scale) };
+    let squared = cross.length_squared();
+    let lengths = ab.length_squared() * ac.length_squared();
+    let shrink = scale.recip();
+    let (ab, ac) = (ab * -shrink, ac * shrink);
+    let (ab, ac, normal, height) =
+        if squared > lengths / f64::from(1 << 20).powi(2) && squared > 1e-290 {
+            let length = squared.sqrt();
+            (ab, ac, cross * length.recip(), length * shrink)
+        } else if cross == DVec3::ZERO && is_difference(a, b) && is_difference(a, c) {
+            // With exact differences and products, nothing but a difference of equals is zero.
+            (DVec3::ZERO, DVec3::ZERO, DVec3::splat(3f64.sqrt().recip()), NO_AREA)
+        } else {
+            (ab, ac, DVec3::ZERO, 0.0)
+        };
     let [first, second, normal] = [ab, ac, normal].map(|v| v.as_vec3().to_array());
     let [a, b, c] = triangle.0[0].to_array();
     let [d, e, f] = first;
@@ -102,8 +104,9 @@ fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
     [a, b, c, d, e, f, g, h, i, j, k, l, height as f32]
 }
 
-/// Whether `to - from` is `difference` without rounding: then both can be had back from it.
-fn is_difference(from: DVec3, to: DVec3, difference: DVec3) -> bool {
+/// Whether the difference of the two is exact: then both can be had back from it.
+fn is_difference(from: DVec3, to: DVec3) -> bool {
+    let difference = to - from;
     from + difference == to && to - difference == from
 }
 

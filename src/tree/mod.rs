@@ -7,6 +7,7 @@ mod kd;
 mod notes;
 
 pub use bits::NodeBits;
+pub(crate) use bvh2::Pieces;
 pub use bvh2::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
 pub use bvh8::{Bvh8, MAX_WIDE_DEPTH, MAX_WIDE_LEAF, Node8, WIDTH};
 pub(crate) use bvh8::{LEAF_ROWS, write_leaf};

@@ -99,12 +99,12 @@ fn cross_section(triangle: &Triangle, axis: usize, position: f32) -> Aabb {
 
 /// Adds the parts of a reference to the bins that it reaches into.
 fn chop(reference: &Reference, triangle: &Triangle, grid: &Grid, axis: usize, bins: &mut [Bin]) {
-    let own = reference.bounds;
+    let own = reference.bounds();
     let (first, last) = (grid.bin(own.min[axis], axis), grid.bin(own.max[axis], axis));
     bins[first].entries += 1;
     bins[last].exits += 1;
     if first == last {
-        bins[first].bounds = bins[first].bounds.union(reference.bounds);
+        bins[first].bounds = bins[first].bounds.union(reference.bounds());
         return;
     }
     let mut lower = own.min[axis];
@@ -137,7 +137,7 @@ pub(super) fn best_plane(
     let fill = |references: &[Reference]| {
         let mut bins = [[EMPTY_BIN; BINS]; 3];
         for reference in references {
-            let triangle = &triangles[reference.id as usize];
+            let triangle = &triangles[reference.id() as usize];
             for (axis, bins) in bins.iter_mut().enumerate() {
                 chop(reference, triangle, &grid, axis, bins);
             }

@@ -13,9 +13,9 @@
 mod chop;
 
 use super::clip::clipped_bounds;
-use super::object_split::{self, Reference, bounds_of, references_to};
+use super::object_split::{self, Extent, Reference, references_to};
 use super::top_down::half_area;
-use super::{BuilderEntry, top_down};
+use super::{BuilderEntry, Leaves, top_down};
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
 use crate::tree::{Bvh2, ChildRef};
 use chop::Plane;
@@ -34,17 +34,18 @@ const LEAST_OVERLAP: f32 = 1e-5;
 /// Most references that splitting may add, in percent of the triangles.
 const BUDGET_PERCENT: usize = 50;
 
-fn build(mesh: &TriangleMesh) -> Bvh2 {
+fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
     let triangles: Vec<Triangle> =
         (0..mesh.len()).into_par_iter().map(|i| mesh.triangle(i)).collect();
-    let references = references_to(mesh);
-    let bounds = bounds_of(&references);
+    let (references, extent) = references_to(mesh);
+    let bounds = extent.bounds();
     let least_overlap = if bounds.is_empty() { 0.0 } else { LEAST_OVERLAP * half_area(&bounds) };
     let shared = Shared { triangles: &triangles, least_overlap };
     let room = ChildRef::MAX_TRIANGLES.saturating_sub(mesh.len());
     let budget = (mesh.len() * BUDGET_PERCENT / 100).min(room);
-    let part = Part { shared: &shared, references, bounds, budget };
-    top_down::build(mesh, (!mesh.is_empty()).then_some(part))
+    let part = Part { shared: &shared, references, extent, budget };
+    let root = (!mesh.is_empty()).then_some(part);
+    top_down::build(mesh, root, leaves)
 }
 
 struct Shared<'a> {
@@ -55,7 +56,7 @@ struct Shared<'a> {
 struct Part<'a> {
     shared: &'a Shared<'a>,
     references: Vec<Reference>,
-    bounds: Aabb,
+    extent: Extent,
     /// How many references its splits may add.
     budget: usize,
 }
@@ -72,8 +73,8 @@ impl<'a> Part<'a> {
         let lower_budget = (budget as u64 * lower / (lower + upper)) as usize;
         let [lower, upper] = references;
         [(lower, lower_budget), (upper, budget - lower_budget)].map(|(references, budget)| {
-            let bounds = bounds_of(&references);
-            Self { shared, references, bounds, budget }
+            let extent = Extent::of(&references);
+            Self { shared, references, extent, budget }
         })
     }
 
@@ -82,9 +83,10 @@ impl<'a> Part<'a> {
         let mut sides = plane.counts.map(Vec::with_capacity);
         let mut astride = Vec::new();
         for reference in self.references {
-            if reference.bounds.max[plane.axis] <= plane.position {
+            let bounds = reference.bounds();
+            if bounds.max[plane.axis] <= plane.position {
                 sides[0].push(reference);
-            } else if reference.bounds.min[plane.axis] >= plane.position {
+            } else if bounds.min[plane.axis] >= plane.position {
                 sides[1].push(reference);
             } else {
                 astride.push(reference);
@@ -96,16 +98,16 @@ impl<'a> Part<'a> {
         };
         let mut budget = self.budget;
         for reference in astride {
-            let whole_side = estimate.cheaper_whole(&reference.bounds, budget == 0);
+            let whole_side = estimate.cheaper_whole(&reference.bounds(), budget == 0);
             if let Some(side) = whole_side {
-                estimate.leave_whole(side, &reference.bounds);
+                estimate.leave_whole(side, &reference.bounds());
                 sides[side].push(reference);
                 continue;
             }
-            let mut halves = [reference.bounds; 2];
+            let mut halves = [reference.bounds(); 2];
             halves[0].max[plane.axis] = plane.position;
             halves[1].min[plane.axis] = plane.position;
-            let triangle = &self.shared.triangles[reference.id as usize];
+            let triangle = &self.shared.triangles[reference.id() as usize];
             let mut parts = halves.map(|half| clipped_bounds(triangle, &half, &half));
             // Rounding alone could have it vanish from both; it must not.
             if parts == [None; 2] {
@@ -114,14 +116,14 @@ impl<'a> Part<'a> {
             budget -= usize::from(!parts.contains(&None));
             for (side, bounds) in parts.into_iter().enumerate() {
                 estimate.counts[side] -= usize::from(bounds.is_none());
-                sides[side].extend(bounds.map(|bounds| Reference { bounds, ..reference }));
+                sides[side].extend(bounds.map(|bounds| Reference::new(&bounds, reference.id())));
             }
         }
         match sides {
             // All that the plane cut turned out to lie on one side of it.
             [all, none] | [none, all] if none.is_empty() => {
-                let bounds = bounds_of(&all);
-                top_down::Part::halve(Self { references: all, bounds, budget, ..self })
+                let extent = Extent::of(&all);
+                top_down::Part::halve(Self { references: all, extent, budget, ..self })
             }
             sides => Self::sides(self.shared, sides, budget),
         }
@@ -175,26 +177,28 @@ impl top_down::Part for Part<'_> {
     }
 
     fn bounds(&self) -> Aabb {
-        self.bounds
+        self.extent.bounds()
     }
 
     fn triangle_ids(&self) -> impl Iterator<Item = u32> {
-        self.references.iter().map(|r| r.id)
+        self.references.iter().map(Reference::id)
     }
 
     fn best_split(&mut self) -> Option<(Split, f32)> {
-        let object = object_split::best_split(&self.references, &self.bounds);
+        let object = object_split::best_split(&self.references, &self.extent);
         let overlap = object.as_ref().map_or(f32::INFINITY, |split| {
-            let shared = split.bounds[0].overlap(split.bounds[1]);
+            let [lower, upper] = split.bounds();
+            let shared = lower.overlap(upper);
             if shared.is_empty() { 0.0 } else { half_area(&shared) }
         });
+        let bounds = self.bounds();
         // What costs no less than a leaf is not worth another reference.
-        let least = self.references.len() as f32 * half_area(&self.bounds);
+        let least = self.references.len() as f32 * half_area(&bounds);
         let least = object.as_ref().map_or(least, |split| split.cost.min(least));
         let plane = (self.budget > 0 && overlap > self.shared.least_overlap)
             .then(|| {
                 let triangles = self.shared.triangles;
-                chop::best_plane(&self.references, triangles, &self.bounds, self.budget)
+                chop::best_plane(&self.references, triangles, &bounds, self.budget)
             })
             .flatten()
             .filter(|plane| plane.cost < least);
@@ -207,18 +211,20 @@ impl top_down::Part for Part<'_> {
         }
     }
 
-    fn divide(mut self, split: Split) -> [Self; 2] {
+    fn divide(self, split: Split) -> [Self; 2] {
         match split {
             Split::Object(split) => {
-                let middle = split.partition(&mut self.references);
-                self.cut_at(middle)
+                let mut references = bytemuck::zeroed_vec(self.references.len());
+                let (middle, _) = split.divide(&self.references, &mut references);
+                Self { references, ..self }.cut_at(middle)
             }
             Split::Spatial(plane) => self.cut(&plane),
         }
     }
 
     fn halve(mut self) -> [Self; 2] {
-        let (middle, _) = object_split::halve(&mut self.references, &self.bounds);
+        let bounds = self.bounds();
+        let middle = object_split::halve(&mut self.references, &bounds);
         self.cut_at(middle)
     }
 }

@@ -4,7 +4,7 @@ use crate::test_random::Random;
 use glam::Vec3;
 
 fn checked(mesh: &TriangleMesh) -> Bvh2 {
-    let tree = build(mesh);
+    let tree = build(mesh, Leaves::Fit);
     tree.validate(mesh).unwrap();
     tree
 }
@@ -27,7 +27,7 @@ fn long_triangles_cost_less_within_the_budget() {
     let tree = checked(&mesh);
     let added = tree.triangle_ids.len() - mesh.len();
     assert!(added > 500 && added <= mesh.len() * BUDGET_PERCENT / 100, "{added}");
-    let whole = (find("binned").unwrap().build)(&mesh);
+    let whole = (find("binned").unwrap().build)(&mesh, Leaves::Fit);
     assert!(tree.sah_cost() < 0.9 * whole.sah_cost(), "{} {}", tree.sah_cost(), whole.sah_cost());
 }
 
@@ -37,10 +37,9 @@ fn any_budget_is_kept_and_the_tree_is_valid() {
     let triangles: Vec<_> = (0..mesh.len()).map(|i| mesh.triangle(i)).collect();
     let shared = Shared { triangles: &triangles, least_overlap: 0.0 };
     for budget in [0, 1, 2, 7, 50, 3000] {
-        let references = references_to(&mesh);
-        let bounds = bounds_of(&references);
-        let part = Part { shared: &shared, references, bounds, budget };
-        let tree = top_down::build(&mesh, Some(part));
+        let (references, extent) = references_to(&mesh);
+        let part = Part { shared: &shared, references, extent, budget };
+        let tree = top_down::build(&mesh, Some(part), Leaves::Fit);
         tree.validate(&mesh).unwrap();
         let added = tree.triangle_ids.len() - mesh.len();
         assert!(added <= budget && (budget < 50 || added > 10), "{added} of {budget}");

@@ -258,7 +258,7 @@ fn swapped_children_flip_the_choice() {
 #[test]
 fn trees_are_sorted_on_any_number_of_threads() {
     let mesh = Random::new(68).mesh(60_000);
-    let built = (build::find("binned").unwrap().build)(&mesh);
+    let built = (build::find("binned").unwrap().build)(&mesh, build::Leaves::Fit);
     let on = |threads, model: &Model| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| bottom_up(&built, model))

@@ -7,7 +7,7 @@ use crate::trace::{NoCount, single};
 use crate::tree::NodeBits;
 
 fn tree(mesh: &TriangleMesh) -> Bvh2 {
-    (build::find("binned").unwrap().build)(mesh)
+    (build::find("binned").unwrap().build)(mesh, build::Leaves::Fit)
 }
 
 fn plans(tree: &Bvh2) -> [Plan; 3] {

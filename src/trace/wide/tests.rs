@@ -11,9 +11,8 @@ use std::cell::RefCell;
 const WAYS: [Way; 3] = [Way::Automatic, Way::Single, Way::Stream];
 
 fn trees(mesh: &TriangleMesh, costs: WideCosts) -> (Bvh2, Bvh8) {
-    let binary = (build::find("binned").unwrap().build)(mesh);
-    let split = build::split_leaves(&binary);
-    let wide = build::collapse(&split, costs, &|node, side| (node % 7 + side) as f64);
+    let binary = (build::find("binned").unwrap().build)(mesh, build::Leaves::Single);
+    let wide = build::collapse(&binary, costs, |node, side| (node % 7 + side) as f64);
     wide.validate(mesh).unwrap();
     (binary, wide)
 }

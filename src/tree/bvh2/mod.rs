@@ -1,9 +1,13 @@
 //! The binary bounding volume hierarchy.
 
+mod pieces;
 mod validate;
+
+pub(crate) use pieces::Pieces;
 
 use super::SplitNotes;
 use crate::geometry::{Aabb, Triangle};
+use bytemuck::Zeroable;
 
 /// Most inner nodes on a way from the root to a leaf; stacks of traversals have this size.
 pub const MAX_DEPTH: usize = 64;
@@ -12,7 +16,7 @@ pub const MAX_DEPTH: usize = 64;
 pub const MAX_LEAF_TRIANGLES: usize = 16;
 
 /// An inner node's index, or a leaf's range of triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Zeroable)]
 pub struct ChildRef(u32);
 
 impl ChildRef {
@@ -60,7 +64,7 @@ impl ChildRef {
 ///
 /// Which child any-hit traversal visits first is no part of it: see [`Plan`](super::Plan).
 #[repr(C, align(64))]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 pub struct Node2 {
     /// The children's boxes.
     pub bounds: [Aabb; 2],

@@ -1,0 +1,366 @@
+//! Collapses a binary tree into an eight-wide one, by dynamic programming over the surface-area
+//! heuristic (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through
+//! Compressed Wide BVHs", High Performance Graphics, 2017): for each subtree and each number of
+//! slots, the cheapest way to fill them with leaves and nodes.
+
+mod plan;
+
+use crate::geometry::{Aabb, Triangle};
+use crate::tree::{Bvh2, Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, WIDTH, write_leaf};
+use plan::{Plan, plans};
+use rayon::prelude::*;
+
+/// Most triangles of a subtree that one thread lays out.
+const SUBTREE_TRIANGLES: usize = 8192;
+
+/// Expected costs of visits, in visits of a node.
+#[derive(Clone, Copy, Debug)]
+pub struct WideCosts {
+    /// Of a leaf, however few triangles it holds: they are tested at once.
+    pub leaf: f32,
+    /// More for each of its triangles.
+    pub triangle: f32,
+}
+
+impl Default for WideCosts {
+    fn default() -> Self {
+        Self { leaf: 1.2, triangle: 0.03 }
+    }
+}
+
+/// The eight-wide tree over the leaves of `tree`, or over several merged into one. `priority` gives
+/// the score of a child of a binary node, by the node's index and the child's side: among the
+/// children of a wide node those with larger scores come first. On the current rayon pool; the same
+/// for any number of threads.
+///
+/// # Panics
+/// If a leaf holds more triangles than a wide one may: see [`Leaves::Single`](super::Leaves).
+pub fn collapse(
+    tree: &Bvh2,
+    costs: WideCosts,
+    priority: impl Fn(usize, usize) -> f64 + Sync,
+) -> Bvh8 {
+    let count = tree.triangles.len();
+    // Not touched before each thread fills its part.
+    let mut leaves = vec![0.0; count * LEAF_ROWS + WIDTH];
+    let mut triangle_ids = vec![0; count];
+    let mut nodes = Vec::new();
+    let root = tree.root.map(|root| {
+        let plans = plans(tree, costs);
+        let collapse = Collapse { tree, plans, priority };
+        let mut pieces = Vec::new();
+        collapse.cut_up(root, &mut 0, &mut pieces);
+        let places = collapse.fill(&mut pieces, &mut leaves, &mut triangle_ids);
+        join(&pieces, &places, &mut nodes)
+    });
+    let (id, bounds) = (Bvh8::new_id(), tree.bounds);
+    Bvh8 { nodes, root, id, bounds, leaves, triangle_ids }
+}
+
+/// A child of a wide node to be.
+#[derive(Clone, Copy)]
+struct Child {
+    binary: ChildRef,
+    bounds: Aabb,
+    score: f64,
+}
+
+/// A part of the wide tree, in depth-first order.
+enum Piece {
+    /// A node above the subtrees, its children given by the pieces with which they begin.
+    Node(Box<Node8>),
+    /// What becomes of a subtree of the binary tree.
+    Subtree(Subtree),
+}
+
+struct Subtree {
+    binary: ChildRef,
+    triangles: usize,
+    /// The first of its triangles' slots.
+    first_slot: usize,
+    /// Its nodes, none yet or with their children counted from the first of them.
+    nodes: Vec<Node8>,
+    root: ChildRef,
+}
+
+/// What one thread fills.
+struct Output<'a> {
+    nodes: &'a mut Vec<Node8>,
+    leaves: &'a mut [f32],
+    triangle_ids: &'a mut [u32],
+    first_slot: usize,
+    /// Of the slots from the first one on.
+    used: usize,
+}
+
+struct Collapse<'a, P> {
+    tree: &'a Bvh2,
+    plans: Vec<Plan>,
+    priority: P,
+}
+
+impl<P: Fn(usize, usize) -> f64 + Sync> Collapse<'_, P> {
+    /// Adds the pieces of what `binary` becomes, its triangles from `slot` on, and moves that on.
+    fn cut_up(&self, binary: ChildRef, slot: &mut usize, pieces: &mut Vec<Piece>) {
+        let triangles = self.triangles(binary);
+        let children = if triangles > SUBTREE_TRIANGLES { self.children(binary) } else { None };
+        let Some(children) = children else {
+            let (first_slot, nodes, root) = (*slot, Vec::new(), ChildRef::UNUSED);
+            pieces.push(Piece::Subtree(Subtree { binary, triangles, first_slot, nodes, root }));
+            *slot += triangles;
+            return;
+        };
+        let own = pieces.len();
+        let mut node = children.node();
+        pieces.push(Piece::Node(Box::new(node)));
+        for (child, reference) in children.iter().zip(&mut node.children) {
+            *reference = ChildRef::inner(pieces.len());
+            self.cut_up(child.binary, slot, pieces);
+        }
+        pieces[own] = Piece::Node(Box::new(node));
+    }
+
+    /// Lays out all subtrees, and returns for each piece the index of its first node.
+    fn fill(
+        &self,
+        pieces: &mut [Piece],
+        mut leaves: &mut [f32],
+        mut triangle_ids: &mut [u32],
+    ) -> Vec<usize> {
+        let mut tasks = Vec::new();
+        for piece in pieces.iter_mut() {
+            let Piece::Subtree(subtree) = piece else { continue };
+            let own_leaves;
+            let own_ids;
+            (own_leaves, leaves) =
+                std::mem::take(&mut leaves).split_at_mut(subtree.triangles * LEAF_ROWS);
+            (own_ids, triangle_ids) =
+                std::mem::take(&mut triangle_ids).split_at_mut(subtree.triangles);
+            tasks.push((subtree, own_leaves, own_ids));
+        }
+        tasks.into_par_iter().for_each(|(subtree, leaves, triangle_ids)| {
+            let first_slot = subtree.first_slot;
+            let nodes = &mut subtree.nodes;
+            let mut output = Output { nodes, leaves, triangle_ids, first_slot, used: 0 };
+            subtree.root = self.emit(subtree.binary, &mut output);
+        });
+        let mut next = 0;
+        let mut place = |piece: &Piece| {
+            let place = next;
+            next += match piece {
+                Piece::Node(_) => 1,
+                Piece::Subtree(subtree) => subtree.nodes.len(),
+            };
+            place
+        };
+        pieces.iter().map(&mut place).collect()
+    }
+
+    /// Adds what `binary` becomes, a node with all below it or a leaf.
+    fn emit(&self, binary: ChildRef, output: &mut Output<'_>) -> ChildRef {
+        let Some(children) = self.children(binary) else { return self.emit_leaf(binary, output) };
+        let index = output.nodes.len();
+        output.nodes.push(children.node());
+        for (slot, child) in children.iter().enumerate() {
+            output.nodes[index].children[slot] = self.emit(child.binary, output);
+        }
+        ChildRef::inner(index)
+    }
+
+    fn emit_leaf(&self, binary: ChildRef, output: &mut Output<'_>) -> ChildRef {
+        let mut slots = [0; MAX_WIDE_LEAF];
+        let count = self.slots_below(binary, &mut slots, 0);
+        let mut triangles = [Triangle::default(); MAX_WIDE_LEAF];
+        let first = output.used;
+        output.used += count;
+        let ids = &mut output.triangle_ids[first..output.used];
+        for ((triangle, id), &slot) in triangles.iter_mut().zip(ids).zip(&slots) {
+            (*triangle, *id) = (self.tree.triangles[slot], self.tree.triangle_ids[slot]);
+        }
+        let block = &mut output.leaves[first * LEAF_ROWS..output.used * LEAF_ROWS];
+        write_leaf(block, &triangles[..count]);
+        ChildRef::leaf(output.first_slot + first, count)
+    }
+
+    /// Adds the slots of the triangles below to the first `count`, and returns how many there are.
+    fn slots_below(
+        &self,
+        binary: ChildRef,
+        slots: &mut [usize; MAX_WIDE_LEAF],
+        count: usize,
+    ) -> usize {
+        if binary.is_leaf() {
+            let own = binary.leaf_slots();
+            let end = count + own.len();
+            assert!(end <= MAX_WIDE_LEAF, "{end} triangles in a leaf");
+            slots[count..end].iter_mut().zip(own).for_each(|(slot, own)| *slot = own);
+            return end;
+        }
+        let children = self.tree.nodes[binary.node_index()].children;
+        children.into_iter().fold(count, |count, child| self.slots_below(child, slots, count))
+    }
+
+    fn triangles(&self, binary: ChildRef) -> usize {
+        if binary.is_leaf() {
+            return binary.leaf_slots().len();
+        }
+        let [lower, upper] = self.tree.nodes[binary.node_index()].counts;
+        (lower + upper) as usize
+    }
+
+    /// The children in their order, if it becomes a node; `None` for a leaf.
+    fn children(&self, binary: ChildRef) -> Option<Children> {
+        if binary.is_leaf() {
+            return None;
+        }
+        let first = self.plans[binary.node_index()].as_node()?;
+        let mut children = Children::default();
+        self.share(binary.node_index(), first, WIDTH, &mut children);
+        Some(children)
+    }
+
+    /// Fills slots with the two children of a binary node, `first` of them with the first one.
+    fn share(&self, node: usize, first: usize, slots: usize, children: &mut Children) {
+        let binary = &self.tree.nodes[node];
+        for (side, slots) in [first, slots - first].into_iter().enumerate() {
+            let child = binary.children[side];
+            let shared =
+                if child.is_leaf() { None } else { self.plans[child.node_index()].shared(slots) };
+            match shared {
+                Some((first, slots)) => self.share(child.node_index(), first, slots, children),
+                None => children.insert(Child {
+                    binary: child,
+                    bounds: binary.bounds[side],
+                    score: (self.priority)(node, side),
+                }),
+            }
+        }
+    }
+}
+
+/// The children of a wide node to be, those with larger scores first; ties stay as they came.
+#[derive(Clone, Copy)]
+struct Children {
+    all: [Child; WIDTH],
+    len: usize,
+}
+
+impl Default for Children {
+    fn default() -> Self {
+        let none = Child { binary: ChildRef::UNUSED, bounds: Aabb::EMPTY, score: 0.0 };
+        Self { all: [none; WIDTH], len: 0 }
+    }
+}
+
+impl Children {
+    fn insert(&mut self, child: Child) {
+        let mut slot = self.len;
+        while slot > 0 && self.all[slot - 1].score.total_cmp(&child.score).is_lt() {
+            self.all[slot] = self.all[slot - 1];
+            slot -= 1;
+        }
+        self.all[slot] = child;
+        self.len += 1;
+    }
+
+    fn iter(&self) -> std::slice::Iter<'_, Child> {
+        self.all[..self.len].iter()
+    }
+
+    /// The node, without references to its children.
+    fn node(&self) -> Node8 {
+        let placed = self.all.map(|child| (ChildRef::UNUSED, child.bounds));
+        Node8::new(&placed[..self.len])
+    }
+}
+
+/// Puts the nodes of all pieces together, each from its place on, and returns the root.
+fn join(pieces: &[Piece], places: &[usize], nodes: &mut Vec<Node8>) -> ChildRef {
+    let moved = |child: ChildRef, by: usize| {
+        if child.is_leaf() { child } else { ChildRef::inner(child.node_index() + by) }
+    };
+    let begins = |piece: usize| match &pieces[piece] {
+        Piece::Node(_) => ChildRef::inner(places[piece]),
+        Piece::Subtree(subtree) => moved(subtree.root, places[piece]),
+    };
+    let count = pieces.last().zip(places.last()).map_or(0, |(piece, place)| match piece {
+        Piece::Node(_) => place + 1,
+        Piece::Subtree(subtree) => place + subtree.nodes.len(),
+    });
+    nodes.reserve_exact(count);
+    for (piece, &place) in pieces.iter().zip(places) {
+        match piece {
+            Piece::Node(node) => {
+                let mut node = **node;
+                let count = node.len as usize;
+                node.children[..count].iter_mut().for_each(|c| *c = begins(c.node_index()));
+                nodes.push(node);
+            }
+            Piece::Subtree(subtree) => nodes.extend(subtree.nodes.iter().map(|node| {
+                let mut node = *node;
+                let count = node.len as usize;
+                node.children[..count].iter_mut().for_each(|c| *c = moved(*c, place));
+                node
+            })),
+        }
+    }
+    begins(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{Leaves, find};
+    use crate::test_random::Random;
+
+    #[test]
+    fn trees_of_every_small_size_are_valid() {
+        for count in 0..70 {
+            let mesh = Random::new(count as u64).mesh(count);
+            let binary = (find("binned").unwrap().build)(&mesh, Leaves::Single);
+            binary.validate(&mesh).unwrap();
+            assert!(binary.triangles.is_empty() || binary.leaf_count() == count);
+            for triangle in [0.0, 0.1, 10.0] {
+                let costs = WideCosts { triangle, ..WideCosts::default() };
+                collapse(&binary, costs, |_, _| 0.0).validate(&mesh).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn costs_decide_on_leaves_and_scores_on_the_order() {
+        let mesh = Random::new(9).mesh(5000);
+        let binary = (find("binned").unwrap().build)(&mesh, Leaves::Single);
+        let area = |node: usize, side: usize| binary.nodes[node].bounds[side].half_area();
+        let of = |triangle| collapse(&binary, WideCosts { leaf: 1.0, triangle }, area);
+        let (cheap, dear) = (of(0.0), of(1e3));
+        assert!(cheap.leaf_count() < 2000, "{} leaves", cheap.leaf_count());
+        // All but those without area, which cost nothing.
+        assert!(dear.leaf_count() > 4800, "{} leaves", dear.leaf_count());
+        for node in &cheap.nodes {
+            let areas: Vec<_> =
+                (0..node.len as usize).map(|s| node.bounds(s).half_area()).collect();
+            assert!(areas.is_sorted_by(|a, b| a >= b), "{areas:?}");
+        }
+        let children: u32 = dear.nodes.iter().map(|node| node.len).sum();
+        let filled = f64::from(children) / (8.0 * dear.nodes.len() as f64);
+        assert!(filled > 0.5, "{filled} of the slots are filled");
+    }
+
+    #[test]
+    fn the_validator_sees_what_is_wrong() {
+        let mesh = Random::new(10).mesh(300);
+        let binary = (find("binned").unwrap().build)(&mesh, Leaves::Single);
+        let good = collapse(&binary, WideCosts::default(), |_, _| 0.0);
+        let broken = |change: fn(&mut Bvh8)| {
+            let mut tree = good.clone();
+            change(&mut tree);
+            tree.validate(&mesh).unwrap_err()
+        };
+        assert!(broken(|t| t.nodes[0].planes[1][0][0] -= 1.0).contains("box"));
+        assert!(broken(|t| t.nodes[0].children.swap(0, 1)).contains("box"));
+        assert!(broken(|t| t.triangle_ids.swap(0, 299)).contains("corners"));
+        assert!(broken(|t| t.nodes[0].len -= 1).contains("children"));
+        assert!(broken(|t| t.leaves.truncate(100)).contains("numbers"));
+    }
+}
