@@ -15,6 +15,7 @@ pub mod build;
 pub mod order;
 pub mod trace;
 
+pub mod arbiter;
 pub mod backend;
 
 pub mod measure;
