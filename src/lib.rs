@@ -28,6 +28,7 @@ pub mod image_file;
 pub mod report;
 
 pub mod bench;
+pub mod stress;
 
 pub mod cli;
 

@@ -26,6 +26,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("image_file", 7, &[]),
     ("report", 7, &[]),
     ("bench", 8, &[]),
+    ("stress", 8, &[]),
     ("cli", 9, &[]),
 ];
 

@@ -6,6 +6,7 @@ use crate::backend::catalogue::BACKENDS;
 use crate::bench::EXPERIMENTS;
 use crate::scene::FORMATS;
 use crate::scene::generate::GENERATORS;
+use crate::stress::CASES;
 use std::fmt::Write;
 
 pub(super) fn run() -> Result<()> {
@@ -34,6 +35,10 @@ pub(super) fn run() -> Result<()> {
     text.push_str("\nExperiments: sato bench EXPERIMENT\n\n");
     for experiment in EXPERIMENTS {
         let _ = writeln!(text, "  {:<15} {}", experiment.name, experiment.about);
+    }
+    text.push_str("\nStress cases: sato stress --case NAME\n\n");
+    for case in CASES {
+        let _ = writeln!(text, "  {:<19} {}", case.name, case.about);
     }
     print(&text)
 }
