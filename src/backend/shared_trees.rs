@@ -1,8 +1,8 @@
 //! Trees that several backends of one scene use: an order is a plan beside a tree, so backends that
 //! differ in order or kernel alone share it.
 
-use crate::build::BuilderEntry;
 use crate::build::kd_sah::{self, Splits};
+use crate::build::{self, BuilderEntry};
 use crate::geometry::TriangleMesh;
 use crate::scene::Scene;
 use crate::tree::{Bvh2, ChildRef, KdTree};
@@ -48,6 +48,14 @@ impl SharedTrees {
             ));
         }
         shared(&self.bvh2, builder.name, || Ok((builder.build)(&self.mesh)))
+    }
+
+    /// A binary tree whose boxes hold whole triangles, likewise: for the arbiter.
+    ///
+    /// # Errors
+    /// As [`bvh2`](Self::bvh2).
+    pub fn uncut(&self) -> Result<Arc<Built<Bvh2>>, String> {
+        self.bvh2(build::find("binned").expect("is in the catalogue"))
     }
 
     /// The kd-tree with these splits, likewise.

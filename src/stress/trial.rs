@@ -63,7 +63,7 @@ impl Trial<'_> {
         let scene = scene_of(self.case.name, &stage.mesh);
         let trees = SharedTrees::of(&scene);
         let failed = |message| crate::Error::Backend { backend: self.case.name.into(), message };
-        let judged = trees.bvh2(crate::build::BUILDERS[0]).map_err(failed)?;
+        let judged = trees.uncut().map_err(failed)?;
         let arbiter = Arbiter::new(&judged.tree);
         let mut saved = Saved::default();
         // Each round builds each backend again, so that few are in memory at once.
