@@ -17,7 +17,7 @@ pub use explain::{Reason, Verdict};
 
 use crate::geometry::Triangle;
 use crate::ray::Ray;
-use crate::tree::Bvh2;
+use crate::tree::{Bvh2, MAX_DEPTH};
 use boxes::BoxRay;
 use filter::FilterRay;
 
@@ -56,22 +56,32 @@ impl<'a> Arbiter<'a> {
             return false;
         }
         let filter = FilterRay::new(ray);
-        // Rational numbers are slow: only if no certain hit is found.
-        let mut in_doubt = Vec::new();
+        // Rational numbers are slow: only if no certain hit is found, and once for equal triangles,
+        // which are neighbours in the tree.
+        let mut in_doubt: Vec<&Triangle> = Vec::new();
         let certain = self.any_slot(&BoxRay::new(ray), |slot| {
-            filter.hits(&self.tree.triangles[slot]).unwrap_or_else(|| {
-                in_doubt.push(slot);
+            let triangle = &self.tree.triangles[slot];
+            filter.hits(triangle).unwrap_or_else(|| {
+                if in_doubt.last().is_none_or(|last| *last != triangle) {
+                    in_doubt.push(triangle);
+                }
                 false
             })
         });
-        certain || in_doubt.into_iter().any(|slot| exact_hits(ray, &self.tree.triangles[slot]))
+        certain || in_doubt.into_iter().any(|triangle| exact_hits(ray, triangle))
     }
 
     /// Whether `found` says so of the slot of any triangle in a leaf that `ray` may meet.
     fn any_slot(&self, ray: &BoxRay, mut found: impl FnMut(usize) -> bool) -> bool {
-        let mut stack = Vec::with_capacity(64);
-        stack.extend(self.tree.root.filter(|_| ray.may_meet(&self.tree.bounds)));
-        while let Some(child) = stack.pop() {
+        let Some(root) = self.tree.root.filter(|_| ray.may_meet(&self.tree.bounds)) else {
+            return false;
+        };
+        // One child waits at each node on the way down, and two at the last.
+        let mut stack = [root; MAX_DEPTH + 1];
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let child = stack[waiting];
             if child.is_leaf() {
                 if child.leaf_slots().any(&mut found) {
                     return true;
@@ -79,8 +89,12 @@ impl<'a> Arbiter<'a> {
                 continue;
             }
             let node = &self.tree.nodes[child.node_index()];
-            let children = node.children.iter().zip(&node.bounds);
-            stack.extend(children.filter(|(_, bounds)| ray.may_meet(bounds)).map(|(c, _)| *c));
+            for (child, bounds) in node.children.iter().zip(&node.bounds) {
+                if ray.may_meet(bounds) {
+                    stack[waiting] = *child;
+                    waiting += 1;
+                }
+            }
         }
         false
     }
