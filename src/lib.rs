@@ -15,6 +15,7 @@ pub mod build;
 pub mod order;
 pub mod trace;
 
+pub mod arbiter;
 pub mod backend;
 
 pub mod measure;
@@ -27,6 +28,7 @@ pub mod image_file;
 pub mod report;
 
 pub mod bench;
+pub mod stress;
 
 pub mod cli;
 

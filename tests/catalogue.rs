@@ -25,6 +25,7 @@ fn names_are_unique_and_documented() {
     check_names("order", sato::order::ORDERS.iter().map(|e| (e.name, e.about)));
     check_names("experiment", sato::bench::EXPERIMENTS.iter().map(|e| (e.name, e.about)));
     check_names("generator", sato::scene::generate::GENERATORS.iter().map(|e| (e.name, e.about)));
+    check_names("case", sato::stress::CASES.iter().map(|c| (c.name, c.about)));
     for backend in BACKENDS {
         check_names(
             "key",
@@ -48,6 +49,7 @@ fn every_file_with_an_entry_is_listed() {
         ("order", "order/mod.rs"),
         ("scene/generate", "scene/generate/mod.rs"),
         ("bench", "bench/mod.rs"),
+        ("stress/cases", "stress/cases/mod.rs"),
     ] {
         let list = fs::read_to_string(source.join(catalogue)).unwrap();
         for file in fs::read_dir(source.join(folder)).unwrap() {

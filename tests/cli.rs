@@ -178,6 +178,13 @@ fn check_compare_schema(report: &Value, backends: usize) {
             assert!(pair["differing_rays"].is_u64());
             assert!(pair["differing_per_million"].is_f64());
         }
+        let judgement = &class["judgement"];
+        assert!(judgement["disputed_rays"].is_u64() && judgement["sampled_rays"].is_u64());
+        assert_eq!(judgement["backends"].as_array().unwrap().len(), backends);
+        for wrong in judgement["backends"].as_array().unwrap() {
+            assert!(wrong["wrong_per_million"].is_f64() && wrong["reasons"].is_array());
+            assert!(wrong["false_hits"].is_u64() && wrong["missed_hits"].is_u64());
+        }
     }
 }
 
@@ -196,6 +203,12 @@ fn compare_leaves_images_a_report_and_rays() {
     let report = json(&out.join("report.json"));
     check_compare_schema(&report, 3);
     assert_eq!(report["seed"], 7);
+    for class in report["classes"].as_array().unwrap() {
+        let judged = class["judgement"]["sampled_rays"].as_u64().unwrap();
+        assert_eq!(judged, class["rays"].as_u64().unwrap().min(2000));
+        assert_eq!(class["judgement"]["disputed_rays"], 0);
+        assert_eq!(class["judgement"]["wrong_in_sample"]["missed_hits"], 0);
+    }
     let classes = report["classes"].as_array().unwrap();
     let names: Vec<_> = classes.iter().map(|c| c["class"].as_str().unwrap()).collect();
     assert_eq!(names, ["ao", "ao-unbounded", "shadow"]);

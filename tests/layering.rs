@@ -17,6 +17,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("build", 4, &[]),
     ("order", 4, &[]),
     ("trace", 4, &[]),
+    ("arbiter", 5, &[]),
     ("backend", 5, &[]),
     ("measure", 6, &[]),
     ("render", 6, &[]),
@@ -25,6 +26,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("image_file", 7, &[]),
     ("report", 7, &[]),
     ("bench", 8, &[]),
+    ("stress", 8, &[]),
     ("cli", 9, &[]),
 ];
 

@@ -32,3 +32,41 @@ pub static BACKENDS: &[&BackendEntry] = &[
     &super::kd::ENTRY,
     &super::embree::ENTRY,
 ];
+
+/// Every spec that this build offers: all values of all keys that go together.
+pub fn every_spec() -> Vec<BackendSpec> {
+    let mut specs = Vec::new();
+    for entry in BACKENDS.iter().filter(|e| e.unavailable.is_none()) {
+        let mut texts = vec![entry.name.to_string()];
+        for (index, key) in entry.keys.iter().enumerate() {
+            let separator = if index == 0 { ':' } else { ',' };
+            let choices = (key.choices)();
+            texts = texts
+                .iter()
+                .flat_map(|t| {
+                    choices.iter().map(move |c| format!("{t}{separator}{}={}", key.name, c.name))
+                })
+                .collect();
+        }
+        // Combinations that do not exist are refused.
+        specs.extend(texts.iter().filter_map(|t| t.parse::<BackendSpec>().ok()));
+    }
+    specs
+}
+
+/// Orders to try with every builder. Builders know no orders and orders no builders, so that one of
+/// each kind will do: by the ray, by area, by number, and of the leaves' triangles.
+const ORDERS_FOR_EVERY_BUILDER: &[&str] = &["near", "node-sato", "prim-num", "rtsah"];
+
+/// As [`every_spec`], but few orders with builders that are not the default: what tests and
+/// `sato stress` go through.
+pub fn varied_specs() -> Vec<BackendSpec> {
+    let is_tried = |spec: &BackendSpec| {
+        let keys = spec.entry().keys.iter();
+        let by_default =
+            keys.clone().all(|k| k.name != "builder" || spec.value(k.name) == k.default);
+        let order = spec.find_value("order");
+        by_default || order.is_none_or(|order| ORDERS_FOR_EVERY_BUILDER.contains(&order))
+    };
+    every_spec().into_iter().filter(is_tried).collect()
+}

@@ -2,7 +2,7 @@
 //! differ in order or kernel alone share it.
 
 use crate::build::kd_sah::{self, Splits};
-use crate::build::{BuilderEntry, Leaves};
+use crate::build::{self, BuilderEntry, Leaves};
 use crate::geometry::TriangleMesh;
 use crate::scene::Scene;
 use crate::tree::{Bvh2, ChildRef, KdTree};
@@ -52,6 +52,14 @@ impl SharedTrees {
             ));
         }
         shared(&self.bvh2, (builder.name, leaves), || Ok((builder.build)(&self.mesh, leaves)))
+    }
+
+    /// A binary tree whose boxes hold whole triangles, likewise: for the arbiter.
+    ///
+    /// # Errors
+    /// As [`bvh2`](Self::bvh2).
+    pub fn uncut(&self) -> Result<Arc<Built<Bvh2>>, String> {
+        self.bvh2(build::find("binned").expect("is in the catalogue"), Leaves::Fit)
     }
 
     /// The kd-tree with these splits, likewise.

@@ -1,11 +1,11 @@
 //! `sato compare`: backends on the same recorded rays, with images, agreement and a report.
 
-use super::options::{Picture, Run, load_scene, parse_backend, parse_pass, passes};
+use super::options::{Judging, Picture, Run, load_scene, parse_backend, parse_pass, passes};
 use super::{metadata, print, progress};
 use crate::backend::{Accelerator, BackendSpec};
 use crate::image_file::{differences, tone_map, write_exr, write_png};
 use crate::lab::Lab;
-use crate::measure::{Outcome, contest, steps};
+use crate::measure::{Judgement, Outcome, contest, steps};
 use crate::output::write_atomically;
 use crate::ray::VisitCounts;
 use crate::ray_set::{RayFile, RaySet};
@@ -43,6 +43,8 @@ pub(super) struct Arguments {
     /// Exit with status 3 if two backends differ on more than RATE rays in a million
     #[arg(long, value_name = "RATE", num_args = 0..=1, default_missing_value = "0", value_parser = parse_rate)]
     require_agreement: Option<f64>,
+    #[command(flatten)]
+    judging: Judging,
     #[command(flatten)]
     picture: Picture,
     #[command(flatten)]
@@ -97,21 +99,25 @@ fn compare(arguments: &Arguments) -> Result<()> {
         .map(|pass| contest(&contenders, pass.rays(), rounds, true, &|| bar.inc(1)))
         .collect();
     bar.finish_and_clear();
+    let sets = recording.passes().iter().map(|pass| pass.rays());
+    let answered: Vec<_> = sets.zip(&outcomes).collect();
+    let judgements = arguments.judging.judge(&lab, &answered)?;
 
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(&scene.name));
     let mut files = Files { folder, names: Vec::new() };
     write_images(&mut files, arguments, &scene, &recording, &outcomes)?;
-    write_differences(&mut files, arguments, &recording, &outcomes)?;
+    write_differences(&mut files, arguments, &recording, &outcomes, &judgements)?;
 
     let specs: Vec<_> = arguments.backend.iter().map(ToString::to_string).collect();
     let classes: Vec<ClassReport> = recording
         .passes()
         .iter()
         .zip(&outcomes)
-        .filter(|(pass, _)| !pass.rays().is_empty())
-        .map(|(pass, outcome)| {
+        .zip(&judgements)
+        .filter(|((pass, _), _)| !pass.rays().is_empty())
+        .map(|((pass, outcome), judgement)| {
             let (name, skipped) = (pass.pass().name(), pass.rays_skipped());
-            ClassReport::new(name, pass.rays(), skipped, &specs, outcome)
+            ClassReport::new(name, pass.rays(), skipped, &specs, outcome).judged(judgement, &specs)
         })
         .collect();
     let rays = recording.primary_rays();
@@ -178,26 +184,35 @@ fn write_images(
     Ok(())
 }
 
-/// Where any two backends differ: an image, and the rays for replay.
+/// Where any two backends differ: an image, and the rays for replay, with those of the sample that
+/// all are wrong on.
 fn write_differences(
     files: &mut Files,
     arguments: &Arguments,
     recording: &Recording,
     outcomes: &[Outcome],
+    judgements: &[Judgement],
 ) -> Result<()> {
     let size = recording.settings().size;
     let mut marks = vec![0u32; size[0] as usize * size[1] as usize];
     let mut classes = Vec::new();
-    for (index, (pass, outcome)) in recording.passes().iter().zip(outcomes).enumerate() {
-        let disputed = disputed_rays(outcome);
-        for (mark, rays) in marks.iter_mut().zip(recording.rays_per_pixel(index, &disputed)) {
+    for (index, (pass, judgement)) in recording.passes().iter().zip(judgements).enumerate() {
+        let disputed = &judgement.disputed;
+        for (mark, rays) in marks.iter_mut().zip(recording.rays_per_pixel(index, disputed)) {
             *mark += rays;
         }
-        let mut set = RaySet::default();
-        for &ray in &disputed {
-            set.push_batch(&pass.rays().rays()[ray..=ray]);
+        let picked = |rays: &[usize]| {
+            let mut set = RaySet::default();
+            for &ray in rays {
+                set.push_batch(&pass.rays().rays()[ray..=ray]);
+            }
+            set
+        };
+        let name = pass.pass().name();
+        classes.push((name.to_string(), picked(disputed)));
+        if !judgement.shared_errors.is_empty() {
+            classes.push((format!("{name}, all wrong"), picked(&judgement.shared_errors)));
         }
-        classes.push((pass.pass().name().to_string(), set));
     }
     let film = film_of(recording, outcomes, 0);
     let background = ["ao", "ao-unbounded", "shadow"]
@@ -222,15 +237,6 @@ fn film_of(recording: &Recording, outcomes: &[Outcome], backend: usize) -> Film 
     let answers: Vec<_> = performances.clone().map(|p| p.answers.clone()).collect();
     let counts: Option<Vec<Vec<VisitCounts>>> = performances.map(|p| p.counts.clone()).collect();
     recording.film(&answers, counts.as_deref())
-}
-
-/// Rays on which any two backends differ, rising, each once.
-fn disputed_rays(outcome: &Outcome) -> Vec<usize> {
-    let mut rays: Vec<usize> =
-        outcome.agreement.iter().flat_map(|a| a.differing.iter().copied()).collect();
-    rays.sort_unstable();
-    rays.dedup();
-    rays
 }
 
 /// The spec as part of a file name.

@@ -6,6 +6,7 @@ use crate::backend::catalogue::BACKENDS;
 use crate::bench::EXPERIMENTS;
 use crate::scene::FORMATS;
 use crate::scene::generate::GENERATORS;
+use crate::stress::CASES;
 use std::fmt::Write;
 
 pub(super) fn run() -> Result<()> {
@@ -35,6 +36,10 @@ pub(super) fn run() -> Result<()> {
     for experiment in EXPERIMENTS {
         let mark = if experiment.of_the_paper { "" } else { " (only if named)" };
         let _ = writeln!(text, "  {:<15} {}{mark}", experiment.name, experiment.about);
+    }
+    text.push_str("\nStress cases: sato stress --case NAME\n\n");
+    for case in CASES {
+        let _ = writeln!(text, "  {:<19} {}", case.name, case.about);
     }
     print(&text)
 }

@@ -8,6 +8,7 @@ mod progress;
 mod rays;
 mod render;
 mod scene;
+mod stress;
 
 use crate::Result;
 use clap::{Parser, Subcommand};
@@ -40,13 +41,15 @@ enum Command {
     Compare(compare::Arguments),
     /// Run the paper's experiments (order times, speed-ups, similarity, limits), or race Embree
     Bench(bench::Arguments),
+    /// Hold every backend's answers on nasty geometry and rays against exact arithmetic
+    Stress(stress::Arguments),
     /// Record shadow rays to a file, or give recorded rays to backends
     #[command(subcommand)]
     Rays(rays::Command),
     /// Look at a scene's geometry, or write it as OBJ
     #[command(subcommand)]
     Scene(scene::Command),
-    /// Print every backend, builder, traversal order, ray class, experiment and scene generator
+    /// Print every backend, builder, traversal order, experiment, stress case and scene generator
     List,
 }
 
@@ -56,6 +59,7 @@ pub fn run() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Stress(arguments) => stress::run(&arguments),
         Command::Rays(command) => rays::run(&command),
         Command::Scene(command) => scene::run(&command),
         Command::List => list::run(),

@@ -1,6 +1,10 @@
 //! Options that several subcommands share, and what they stand for.
 
+use crate::arbiter::Arbiter;
 use crate::backend::BackendSpec;
+use crate::lab::Lab;
+use crate::measure::{Judgement, Outcome, judge};
+use crate::ray_set::RaySet;
 use crate::render::{Pass, RenderSettings};
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
@@ -76,6 +80,32 @@ impl Picture {
         };
         settings.check()?;
         Ok(settings)
+    }
+}
+
+/// What the arbiter is asked.
+#[derive(Args, Debug)]
+pub(super) struct Judging {
+    /// Rays of each kind that all backends agree on and that are judged by exact arithmetic, as are
+    /// all in dispute; chosen by the seed
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    pub judge: usize,
+}
+
+impl Judging {
+    /// Judges the answers to each set of rays. The tree is built for it if no backend has it.
+    pub(super) fn judge(
+        &self,
+        lab: &Lab<'_>,
+        answered: &[(&RaySet, &Outcome)],
+    ) -> Result<Vec<Judgement>> {
+        let failed = |message| Error::Backend { backend: "arbiter".into(), message };
+        let built = lab.trees().uncut().map_err(failed)?;
+        let arbiter = Arbiter::new(&built.tree);
+        let one = |&(set, outcome): &(&RaySet, &Outcome)| {
+            judge(&arbiter, set, outcome, self.judge, lab.seed())
+        };
+        Ok(answered.iter().map(one).collect())
     }
 }
 

@@ -1,6 +1,6 @@
 //! `sato rays`: record shadow rays to a file, give recorded rays to backends.
 
-use super::options::{Picture, Run, load_scene, parse_backend, parse_pass, passes};
+use super::options::{Judging, Picture, Run, load_scene, parse_backend, parse_pass, passes};
 use super::{print, progress};
 use crate::backend::BackendSpec;
 use crate::lab::Lab;
@@ -55,6 +55,8 @@ pub(super) struct Replay {
     /// Timed rounds, after a warm-up
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     rounds: u32,
+    #[command(flatten)]
+    judging: Judging,
     #[command(flatten)]
     run: Run,
 }
@@ -111,7 +113,8 @@ fn replay(arguments: &Replay) -> Result<()> {
     let mut disputed = String::new();
     for (name, set) in sets {
         let outcome = contest(&contenders, set, rounds, true, &|| bar.inc(1));
-        classes.push(ClassReport::new(name, set, 0, &specs, &outcome));
+        let judgement = &arguments.judging.judge(&lab, &[(set, &outcome)])?[0];
+        classes.push(ClassReport::new(name, set, 0, &specs, &outcome).judged(judgement, &specs));
         let answers: Vec<_> = outcome.performances.iter().map(|p| p.answers.as_slice()).collect();
         describe_disputed(&mut disputed, name, set, &specs, &answers);
     }

@@ -24,8 +24,8 @@
 
 use crate::geometry::Triangle;
 use crate::ray::Ray;
+use dashu_int::IBig;
 use glam::DVec3;
-use num_bigint::BigInt;
 use std::cmp::Ordering;
 
 /// What settled a test: the cheapest arithmetic that was certain.
@@ -116,15 +116,15 @@ impl Scaled {
         Self { mantissa, exponent: if size == 0 { i32::MAX } else { field.max(1) - 150 } }
     }
 
-    fn times_two_to(self, exponent: i32) -> BigInt {
+    fn times_two_to(self, exponent: i32) -> IBig {
         if self.mantissa == 0 {
-            return BigInt::ZERO;
+            return IBig::ZERO;
         }
-        BigInt::from(self.mantissa) << (self.exponent - exponent)
+        IBig::from(self.mantissa) << (self.exponent - exponent) as usize
     }
 }
 
-type Vector = [BigInt; 3];
+type Vector = [IBig; 3];
 
 /// Vectors as integers, in units of `2^exponent`, the largest that serves.
 fn integers<const N: usize>(vectors: [glam::Vec3; N]) -> ([Vector; N], i32) {
@@ -144,7 +144,7 @@ fn cross(a: &Vector, b: &Vector) -> Vector {
     })
 }
 
-fn dot(a: &Vector, b: &Vector) -> BigInt {
+fn dot(a: &Vector, b: &Vector) -> IBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
@@ -155,15 +155,15 @@ fn hits_by_integers(ray: &Ray, triangle: &Triangle) -> bool {
     let (to_corner, ab, ac) = (difference(&a, &origin), difference(&b, &a), difference(&c, &a));
     let normal = cross(&ab, &ac);
     let d = dot(&normal, &direction);
-    let side = d.cmp(&BigInt::ZERO);
+    let side = d.cmp(&IBig::ZERO);
     if side == Ordering::Equal {
         return false;
     }
-    let turned = |value: BigInt| if side == Ordering::Less { -value } else { value };
+    let turned = |value: IBig| if side == Ordering::Less { -value } else { value };
     let moment = cross(&to_corner, &direction);
     let (u, v) = (dot(&moment, &ac), -dot(&moment, &ab));
     let w = &d - &u - &v;
-    if [u, v, w].into_iter().any(|weight| turned(weight) < BigInt::ZERO) {
+    if [u, v, w].into_iter().any(|weight| turned(weight) < IBig::ZERO) {
         return false;
     }
     let t = turned(dot(&normal, &to_corner));
@@ -176,11 +176,12 @@ fn hits_by_integers(ray: &Ray, triangle: &Triangle) -> bool {
         }
         let end = Scaled::new(end);
         if end.mantissa == 0 {
-            return t.cmp(&BigInt::ZERO);
+            return t.cmp(&IBig::ZERO);
         }
         let product = &d * end.mantissa;
         let shift = unit - direction_unit - end.exponent;
-        if shift >= 0 { (&t << shift).cmp(&product) } else { t.cmp(&(product << -shift)) }
+        let places = shift.unsigned_abs() as usize;
+        if shift >= 0 { (&t << places).cmp(&product) } else { t.cmp(&(product << places)) }
     };
     compared(ray.t_min) != Ordering::Less && compared(ray.t_max) != Ordering::Greater
 }

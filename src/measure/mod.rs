@@ -2,10 +2,14 @@
 
 mod agreement;
 mod contest;
+mod dispute;
+mod judge;
 mod timing;
 
 pub use agreement::{Agreement, agreement};
 pub use contest::{Outcome, Performance, Visits, contest, steps};
+pub use dispute::{Judgement, judge};
+pub use judge::{WrongAnswers, WrongForReason, true_answers, verdicts};
 pub use timing::{Summary, geometric_mean, interleaved, ratios};
 
 use crate::backend::Accelerator;

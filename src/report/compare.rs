@@ -1,8 +1,8 @@
 //! What `sato compare` and `sato rays replay` find out.
 
-use super::Provenance;
+use super::{JudgementReport, Provenance};
 use crate::backend::{Accelerator, BackendSpec, BuildStats};
-use crate::measure::{Outcome, Summary};
+use crate::measure::{Judgement, Outcome, Summary};
 use crate::ray_set::RaySet;
 use crate::scene::Scene;
 use serde::Serialize;
@@ -86,6 +86,8 @@ pub struct ClassReport {
     pub results: Vec<ClassResult>,
     /// One entry for each pair of contenders.
     pub agreement: Vec<AgreementReport>,
+    /// What the arbiter says of the answers, if it was asked.
+    pub judgement: Option<JudgementReport>,
 }
 
 /// One contender on one class of rays.
@@ -180,6 +182,14 @@ impl ClassReport {
             occluded_share: outcome.performances.first().map_or(0.0, |p| share(p.occluded)),
             results: results.collect(),
             agreement: agreement.collect(),
+            judgement: None,
         }
+    }
+
+    /// With what the arbiter says.
+    #[must_use]
+    pub fn judged(mut self, judgement: &Judgement, specs: &[String]) -> Self {
+        self.judgement = Some(JudgementReport::new(judgement, self.rays as usize, specs));
+        self
     }
 }

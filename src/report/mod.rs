@@ -3,6 +3,7 @@
 
 mod compare;
 mod csv;
+mod judgement;
 mod table;
 
 pub use self::csv::write_csv;
@@ -10,6 +11,7 @@ pub use compare::{
     AgreementReport, BackendReport, ClassReport, ClassResult, CompareReport, PrimaryReport,
     SceneReport,
 };
+pub use judgement::{BackendJudgement, JudgementReport};
 pub use table::compare_text;
 pub(crate) use table::table;
 

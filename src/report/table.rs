@@ -118,6 +118,9 @@ fn class_text(class: &ClassReport) -> String {
             ),
         };
     }
+    if let Some(judgement) = &class.judgement {
+        text += &judgement.text();
+    }
     text.truncate(text.trim_end().len());
     text
 }
