@@ -76,7 +76,7 @@ impl Bvh8Backend {
         let scores = scores.expect("specs are checked");
         let shared = context
             .trees
-            .bvh2(builder, build::Leaves::Single)
+            .bvh2(builder, build::Leaves::Wide)
             .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
         let start = Instant::now();
         let binary = &shared.tree;

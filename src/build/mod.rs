@@ -30,9 +30,8 @@ pub struct BuilderEntry {
 pub enum Leaves {
     /// At leaves of as many triangles as suit tests one by one.
     Fit,
-    /// At single triangles: what a wide tree puts together in its leaves depends on costs that
-    /// builders of binary trees do not know. See [`collapse`].
-    Single,
+    /// Where splitting further cannot pay by [`WideCosts`]: [`collapse`] puts leaves together.
+    Wide,
 }
 
 /// All builders.

@@ -3,14 +3,12 @@
 //! 2007); the few references of a small set in every possible way.
 //!
 //! Boxes are vectors of eight lanes, bins of all axes are filled in one pass, and what the planes cost
-//! is found for the three axes at once, in lanes. `pulp` has the same code compiled for what the
-//! processor has.
+//! is found for the three axes at once, in lanes. (Compiled for AVX2 or AVX-512 it is no faster.)
 
 use super::top_down::TRAVERSAL_COST;
 use crate::geometry::{Aabb, TriangleMesh};
 use bytemuck::Zeroable;
 use glam::{BVec4A, Vec3, Vec4};
-use pulp::Arch;
 use rayon::prelude::*;
 
 /// Bins on each axis, and those of smaller sets, where emptying and sweeping bins is what costs.
@@ -339,25 +337,17 @@ pub(super) fn best_split(references: &[Reference], extent: &Extent) -> Option<Sp
 }
 
 fn best_plane<const N: usize>(references: &[Reference], extent: &Extent) -> Option<Split> {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let binning = Binning::new(&extent.centers, N);
-            let mut bins = Bins::<N>::empty();
-            bins.fill(references, &binning);
-            bins.split(binning)
-        },
-    )
+    let binning = Binning::new(&extent.centers, N);
+    let mut bins = Bins::<N>::empty();
+    bins.fill(references, &binning);
+    bins.split(binning)
 }
 
 fn best_plane_on_all_threads(references: &[Reference], extent: &Extent) -> Option<Split> {
     let binning = Binning::new(&extent.centers, BINS);
     let fill = |chunk: &[Reference]| {
         let mut bins = Bins::<BINS>::empty();
-        Arch::new().dispatch(
-            #[inline(always)]
-            || bins.fill(chunk, &binning),
-        );
+        bins.fill(chunk, &binning);
         bins
     };
     // Merging boxes and counts gives the same result in any order.
@@ -399,13 +389,9 @@ impl Split {
     pub(super) fn divide(&self, from: &[Reference], to: &mut [Reference]) -> (usize, [Extent; 2]) {
         let to = &mut to[..from.len()];
         let (lower, centers) = match self.way {
-            Way::Plane { axis, bin, binning } => Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    let is_lower = |_, center| binning.is_below(center, bin).bitmask() >> axis & 1;
-                    divide(from, to, is_lower)
-                },
-            ),
+            Way::Plane { axis, bin, binning } => {
+                divide(from, to, |_, center| binning.is_below(center, bin).bitmask() >> axis & 1)
+            }
             Way::Set(set) => divide(from, to, |index, _| set >> index & 1),
         };
         let extent = |side: usize| Extent { boxes: self.boxes[side], centers: centers[side] };

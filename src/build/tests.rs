@@ -2,17 +2,19 @@
 
 use super::*;
 use crate::test_random::Random;
-use crate::tree::MAX_LEAF_TRIANGLES;
+use crate::tree::{MAX_LEAF_TRIANGLES, MAX_WIDE_LEAF};
 use glam::Vec3;
 
 /// The trees of all builders, each first with leaves that fit.
 fn checked(mesh: &TriangleMesh) -> Vec<Bvh2> {
     let checked = |builder: &&BuilderEntry| {
-        [Leaves::Fit, Leaves::Single].map(|leaves| {
+        [Leaves::Fit, Leaves::Wide].map(|leaves| {
             let tree = (builder.build)(mesh, leaves);
             tree.validate(mesh).unwrap_or_else(|wrong| panic!("{}: {wrong}", builder.name));
-            let largest = tree.leaf_count() == tree.triangles.len();
-            assert!(leaves == Leaves::Fit || largest, "{}", builder.name);
+            for child in tree.nodes.iter().flat_map(|node| node.children) {
+                let fits = !child.is_leaf() || child.leaf_slots().len() <= MAX_WIDE_LEAF;
+                assert!(fits || leaves == Leaves::Fit, "{}", builder.name);
+            }
             tree
         })
     };

@@ -5,9 +5,12 @@
 //! depend on how many there are. Slots that leaves of several triangles, or unused room, leave empty
 //! are closed up at the end.
 
-use super::Leaves;
+use super::{Leaves, WideCosts};
 use crate::geometry::{Aabb, TriangleMesh};
-use crate::tree::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2, SplitNotes};
+use crate::tree::{
+    Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, MAX_WIDE_LEAF, Node2, SplitNotes,
+};
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 /// Cost of entering an inner node, in units of a triangle test.
@@ -55,8 +58,6 @@ const EMPTY_SLOT: u32 = u32::MAX;
 pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>, leaves: Leaves) -> Bvh2 {
     let capacity = root.as_ref().map_or(0, P::capacity);
     let bounds = root.as_ref().map_or(Aabb::EMPTY, P::bounds);
-    // Then every slot will be used.
-    let is_tight = leaves == Leaves::Single && root.as_ref().map_or(0, P::count) == capacity;
     let mut nodes: Vec<Node2> = bytemuck::zeroed_vec(capacity.saturating_sub(1));
     let mut notes = vec![0; nodes.len()];
     let mut triangle_ids = vec![EMPTY_SLOT; capacity];
@@ -64,8 +65,7 @@ pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>, leaves: Leave
         let room = Room { nodes: &mut nodes, notes: &mut notes, slots: &mut triangle_ids };
         grow(part, room, Place::default(), leaves).child
     });
-    let root =
-        if is_tight { root } else { close_up(&mut nodes, &mut notes, &mut triangle_ids, root) };
+    let root = close_up(&mut nodes, &mut notes, &mut triangle_ids, root);
     let triangles = triangle_ids.par_iter().map(|&i| mesh.triangle(i as usize)).collect();
     let notes = SplitNotes::from_bytes(&notes);
     Bvh2 { nodes, root, bounds, triangles, triangle_ids, notes }
@@ -98,22 +98,32 @@ struct Grown {
 fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place, leaves: Leaves) -> Grown {
     let (count, bounds) = (part.count(), part.bounds());
     if count == 1 {
-        return leaf(&part, room, place);
+        return leaf(part.triangle_ids(), count, bounds, room, place);
     }
     // From here on halving must lead to leaves before the depth runs out.
     let must_halve = MAX_DEPTH - place.depth <= count.ilog2() as usize + 1;
-    let may_be_leaf = leaves == Leaves::Fit && count <= MAX_SAH_LEAF;
+    let may_be_leaf = count <= MAX_SAH_LEAF;
     let best = if must_halve { None } else { part.best_split() };
     let sides = match best {
         Some((split, cost)) => {
-            if may_be_leaf && count as f32 * half_area(&bounds) <= cost {
-                return leaf(&part, room, place);
+            if leaves == Leaves::Fit && may_be_leaf && count as f32 * half_area(&bounds) <= cost {
+                return leaf(part.triangle_ids(), count, bounds, room, place);
             }
             part.divide(split)
         }
-        None if may_be_leaf => return leaf(&part, room, place),
+        None if may_be_leaf => return leaf(part.triangle_ids(), count, bounds, room, place),
         None => part.halve(),
     };
+    // Where triangles were cut, the whole is no longer at hand.
+    let is_cut = sides[0].count() + sides[1].count() > count;
+    if leaves == Leaves::Wide && count <= MAX_WIDE_LEAF && !is_cut {
+        let cost = |part: &P| WideCosts::default().leaf(part.count()) * half_area(&part.bounds());
+        let whole = WideCosts::default().leaf(count) * half_area(&bounds);
+        if whole <= cost(&sides[0]) + cost(&sides[1]) {
+            let ids = sides.iter().flat_map(P::triangle_ids);
+            return leaf(ids, count, bounds, room, place);
+        }
+    }
     let middle = sides[0].capacity();
     let (node, below) = room.nodes.split_first_mut().expect("a part owns capacity - 1 nodes");
     let (lower_nodes, upper_nodes) = below.split_at_mut(middle - 1);
@@ -154,13 +164,18 @@ fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place, leaves: Leaves) -> G
     }
 }
 
-fn leaf<P: Part>(part: &P, room: Room<'_>, place: Place) -> Grown {
-    for (slot, id) in room.slots.iter_mut().zip(part.triangle_ids()) {
+fn leaf(
+    triangle_ids: impl Iterator<Item = u32>,
+    count: usize,
+    bounds: Aabb,
+    room: Room<'_>,
+    place: Place,
+) -> Grown {
+    for (slot, id) in room.slots.iter_mut().zip(triangle_ids) {
         *slot = id;
     }
-    let count = part.count();
     let child = ChildRef::leaf(place.first_slot, count.min(MAX_LEAF_TRIANGLES));
-    Grown { child, bounds: part.bounds(), count }
+    Grown { child, bounds, count }
 }
 
 /// In `f32`, as costs are only compared. The box is not empty.
@@ -177,42 +192,80 @@ fn close_up(
     triangle_ids: &mut Vec<u32>,
     root: Option<ChildRef>,
 ) -> Option<ChildRef> {
-    let is_used = |node: &Node2| node.counts[0] != 0;
-    let nodes_to = places_of_used(nodes, is_used);
-    let mut of_notes = nodes.iter();
-    notes.retain(|_| of_notes.next().is_some_and(is_used));
-    nodes.retain(is_used);
-    nodes.shrink_to_fit();
-    let is_filled = |id: &u32| *id != EMPTY_SLOT;
-    let slots_to = if triangle_ids.iter().all(is_filled) {
-        None
-    } else {
-        let slots_to = places_of_used(triangle_ids, is_filled);
-        triangle_ids.retain(is_filled);
-        triangle_ids.shrink_to_fit();
-        Some(slots_to)
-    };
-    let renumbered = |child: ChildRef| match (child.is_leaf(), &slots_to) {
-        (false, _) => ChildRef::inner(nodes_to[child.node_index()] as usize),
-        (true, None) => child,
-        (true, Some(slots_to)) => {
+    let used_nodes = Used::of(nodes, |node| node.counts[0] != 0);
+    let filled = Used::of(triangle_ids, |id| *id != EMPTY_SLOT);
+    let renumbered = |child: ChildRef| {
+        if child.is_leaf() {
             let slots = child.leaf_slots();
-            ChildRef::leaf(slots_to[slots.start] as usize, slots.len())
+            ChildRef::leaf(filled.places[slots.start] as usize, slots.len())
+        } else {
+            ChildRef::inner(used_nodes.places[child.node_index()] as usize)
         }
     };
-    nodes.par_iter_mut().with_min_len(8192).for_each(|node| {
-        node.children = node.children.map(renumbered);
-    });
+    *notes = used_nodes.kept(notes, |note| *note);
+    *nodes =
+        used_nodes.kept(nodes, |node| Node2 { children: node.children.map(renumbered), ..*node });
+    *triangle_ids = filled.kept(triangle_ids, |id| *id);
     root.map(renumbered)
 }
 
-/// For each item, how many used ones are before it.
-fn places_of_used<T>(items: &[T], is_used: impl Fn(&T) -> bool) -> Vec<u32> {
-    let mut next = 0;
-    let mut place = |item| {
-        let place = next;
-        next += u32::from(is_used(item));
-        place
-    };
-    items.iter().map(&mut place).collect()
+/// Which of many slots are used.
+struct Used {
+    /// For each slot, how many used ones are before it.
+    places: Vec<u32>,
+    /// How many there are.
+    count: usize,
+}
+
+impl Used {
+    /// Slots that one thread goes through at once.
+    const CHUNK: usize = 1 << 14;
+
+    fn of<T: Sync>(items: &[T], is_used: impl Fn(&T) -> bool + Sync) -> Self {
+        let mut places = vec![0; items.len()];
+        let chunks = places.par_chunks_mut(Self::CHUNK).zip(items.par_chunks(Self::CHUNK));
+        let counts: Vec<u32> = chunks
+            .map(|(places, items)| {
+                let mut count = 0;
+                for (place, item) in places.iter_mut().zip(items) {
+                    *place = count;
+                    count += u32::from(is_used(item));
+                }
+                count
+            })
+            .collect();
+        let mut before = 0;
+        let firsts: Vec<u32> = counts.iter().map(|count| (before, before += count).0).collect();
+        let chunks = places.par_chunks_mut(Self::CHUNK).zip(firsts);
+        chunks.for_each(|(places, first)| places.iter_mut().for_each(|place| *place += first));
+        Self { places, count: before as usize }
+    }
+
+    /// The used ones of `items`, each as `keep` has it.
+    fn kept<T, R>(&self, items: &[T], keep: impl Fn(&T) -> R + Sync) -> Vec<R>
+    where
+        T: Sync,
+        R: Zeroable + Send,
+    {
+        let mut kept = bytemuck::zeroed_vec(self.count);
+        let mut rest = kept.as_mut_slice();
+        let mut tasks = Vec::new();
+        for first in (0..items.len()).step_by(Self::CHUNK) {
+            let end = items.len().min(first + Self::CHUNK);
+            let place = |slot: usize| self.places.get(slot).map_or(self.count, |p| *p as usize);
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(place(end) - place(first));
+            rest = others;
+            tasks.push((first..end, own));
+        }
+        tasks.into_par_iter().for_each(|(slots, kept)| {
+            let first = self.places[slots.start];
+            for slot in slots {
+                let next = self.places.get(slot + 1).map_or(self.count, |p| *p as usize);
+                if next > self.places[slot] as usize {
+                    kept[(self.places[slot] - first) as usize] = keep(&items[slot]);
+                }
+            }
+        });
+        kept
+    }
 }

@@ -77,11 +77,6 @@ impl Program {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    #[inline(always)]
-    fn leaf(&self, triangles: usize) -> f32 {
-        self.costs.leaf + self.costs.triangle * triangles as f32
-    }
-
     /// The plan of a node, and its cost, from its children's.
     #[inline(always)]
     fn plan(&self, node: &Node2, cost: impl Fn(usize) -> Cost) -> (Plan, Cost) {
@@ -90,7 +85,7 @@ impl Program {
             let child = node.children[side];
             if child.is_leaf() {
                 let area = self.area(&node.bounds[side]);
-                ([area * self.leaf(child.leaf_slots().len()); WIDTH], 1)
+                ([area * self.costs.leaf(child.leaf_slots().len()); WIDTH], 1)
             } else {
                 (cost(child.node_index()), (node.counts[side] as usize).min(WIDTH - 1))
             }
@@ -114,7 +109,7 @@ impl Program {
         let own_area = self.area(&node.bounds[0].union(node.bounds[1]));
         let as_node = own_area + below_node;
         let triangles = (node.counts[0] + node.counts[1]) as usize;
-        let as_leaf = own_area * self.leaf(triangles);
+        let as_leaf = own_area * self.costs.leaf(triangles);
         // Costs that overflowed are not less than each other: a node is always possible.
         let is_leaf = triangles <= MAX_WIDE_LEAF && as_leaf <= as_node && as_leaf.is_finite();
         plan.to_first[0] = if is_leaf { 0 } else { node_to_first as u8 };

@@ -11,7 +11,7 @@ use std::cell::RefCell;
 const WAYS: [Way; 3] = [Way::Automatic, Way::Single, Way::Stream];
 
 fn trees(mesh: &TriangleMesh, costs: WideCosts) -> (Bvh2, Bvh8) {
-    let binary = (build::find("binned").unwrap().build)(mesh, build::Leaves::Single);
+    let binary = (build::find("binned").unwrap().build)(mesh, build::Leaves::Wide);
     let wide = build::collapse(&binary, costs, |node, side| (node % 7 + side) as f64);
     wide.validate(mesh).unwrap();
     (binary, wide)
