@@ -66,7 +66,7 @@ impl Bench {
         let rays: Vec<_> =
             recording.passes().iter().map(|pass| (pass.pass(), pass.rays().clone())).collect();
 
-        let binary = (BUILDERS[0].build)(&scene.mesh, Leaves::Single);
+        let binary = (BUILDERS[0].build)(&scene.mesh, Leaves::Wide);
         let scores = scores(&binary, &scene);
         let tree = Arc::new(collapse(&binary, &scores));
         let mut kernels = Vec::new();
@@ -181,7 +181,7 @@ fn build_bvh2(bencher: Bencher<'_, '_>, builder: &str) {
 #[divan::bench(args = builder_names(), sample_count = 10, max_time = 5)]
 fn build_single_triangles(bencher: Bencher<'_, '_>, builder: &str) {
     let builder = build::find(builder).expect("one of the names");
-    let build = || (builder.build)(&BENCH.scene.mesh, Leaves::Single);
+    let build = || (builder.build)(&BENCH.scene.mesh, Leaves::Wide);
     bencher.counter(triangles()).bench_local(build);
 }
 

@@ -1,11 +1,15 @@
-//! Any ray and any triangle: the arbiter's filter and boxes say what rational numbers say, and the
-//! kernels' test takes it without panic.
+//! Any ray and any triangle: the arbiter's filter and boxes say what rational numbers say, and so do
+//! all kernels in exact mode; the plain test takes it without panic.
 #![no_main]
 
 use sato::arbiter::{Arbiter, exact_hits, hits, is_ray};
+use sato::build::{BUILDERS, Leaves, WideCosts, collapse};
 use sato::geometry::{Triangle, TriangleMesh, Vec3};
-use sato::intersect::PreparedRay;
+use sato::intersect::{Exact, Mode, PreparedRay};
 use sato::ray::Ray;
+use sato::trace::wide::{self, Instructions, Query, Scratch, Way};
+use sato::trace::{NoCount, single};
+use sato::tree::Plan;
 
 /// Numbers of 4 bytes, or of one for small whole ones, so that exact cases are found.
 fn numbers(data: &[u8]) -> Option<[f32; 17]> {
@@ -37,12 +41,24 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| {
     let truth = is_ray(&ray) && exact_hits(&ray, &triangle);
     assert_eq!(hits(&ray, &triangle), truth);
     let mesh = TriangleMesh::new(triangle.0.to_vec(), vec![[0, 1, 2]]);
-    let tree = (sato::build::BUILDERS[0].build)(&mesh);
+    let tree = (BUILDERS[0].build)(&mesh, Leaves::Wide);
     let arbiter = Arbiter::new(&tree);
     assert_eq!(arbiter.occluded(&ray), truth);
     assert_eq!(arbiter.explain(&ray).occluded, truth);
-    // The fast test may be wrong; the exact one, when it is here, is to be held to `truth`.
-    if let Some(prepared) = PreparedRay::new(&ray, &triangle.bounds()) {
+    let prepared = PreparedRay::new(&ray, &mesh.bounds());
+    assert_eq!(prepared.is_some_and(|ray| ray.hits_exactly(&triangle).0), truth);
+    assert_eq!(single::any_hit(&tree, &Plan::Near, Exact, &ray, &mut NoCount), truth);
+    let wide = collapse(&tree, WideCosts::default(), |_, _| 0.0);
+    let rays = [ray; 20];
+    for instructions in Instructions::all() {
+        for way in [Way::Single, Way::Stream] {
+            let query = Query { tree: &wide, mesh: &mesh, way, mode: Mode::Exact };
+            let mut answers = [0];
+            wide::any_hit(instructions, &query, &rays, &mut answers, &mut Scratch::default());
+            assert_eq!(answers[0], if truth { (1 << rays.len()) - 1 } else { 0 });
+        }
+    }
+    if let Some(prepared) = prepared {
         let _ = prepared.triangle(&triangle);
     }
 });
