@@ -113,7 +113,8 @@ fn sato(folder: &Path) -> Command {
 fn wrong_rays_are_saved_for_replay() {
     let folder = tempfile::tempdir().unwrap();
     sato(folder.path())
-        .args(["stress", "--case", "triangle-planes", "--backend", "bvh2", "--backend", "kd"])
+        .args(["stress", "--case", "triangle-planes", "--backend", "bvh2:mode=fast"])
+        .args(["--backend", "kd:mode=fast"])
         .args(["--rays", "20000", "--json", "x.json", "-o", "out"])
         .assert()
         .success()

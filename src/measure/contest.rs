@@ -33,6 +33,10 @@ pub struct Visits {
     pub nodes_per_unoccluded_ray: Option<f64>,
     /// Triangle tests per ray.
     pub triangles_per_ray: f64,
+    /// Of a million rays, tests that `f32` left in doubt and `f64` settled; 0 but in exact mode.
+    pub double_tests_per_million: f64,
+    /// Of a million rays, tests that integers settled, likewise.
+    pub exact_tests_per_million: f64,
 }
 
 /// The outcome for one class of rays.
@@ -88,11 +92,13 @@ pub fn steps(contenders: usize, rounds: usize) -> usize {
 
 fn visits(set: &RaySet, answers: &[u64], counts: &[VisitCounts]) -> Visits {
     let (mut nodes, mut rays) = ([0u64; 2], [0u64; 2]);
-    let mut triangles = 0u64;
+    let (mut triangles, mut double_tests, mut exact_tests) = (0u64, 0u64, 0u64);
     for (occluded, count) in set.each_answer(answers).zip(counts) {
         nodes[usize::from(occluded)] += u64::from(count.nodes);
         rays[usize::from(occluded)] += 1;
         triangles += u64::from(count.triangles);
+        double_tests += u64::from(count.double_tests);
+        exact_tests += u64::from(count.exact_tests);
     }
     let all = counts.len().max(1) as f64;
     let mean = |kind: usize| (rays[kind] > 0).then(|| nodes[kind] as f64 / rays[kind] as f64);
@@ -101,5 +107,7 @@ fn visits(set: &RaySet, answers: &[u64], counts: &[VisitCounts]) -> Visits {
         nodes_per_occluded_ray: mean(1),
         nodes_per_unoccluded_ray: mean(0),
         triangles_per_ray: triangles as f64 / all,
+        double_tests_per_million: double_tests as f64 * 1e6 / all,
+        exact_tests_per_million: exact_tests as f64 * 1e6 / all,
     }
 }

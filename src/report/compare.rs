@@ -111,6 +111,10 @@ pub struct ClassResult {
     pub nodes_per_unoccluded_ray: Option<f64>,
     /// Triangles tested per ray, mean of all rays.
     pub triangles_per_ray: Option<f64>,
+    /// Of a million rays, triangle tests that `f32` left in doubt and `f64` settled; in exact mode.
+    pub double_tests_per_million: Option<f64>,
+    /// Of a million rays, triangle tests that integers settled; in exact mode.
+    pub exact_tests_per_million: Option<f64>,
 }
 
 /// How two contenders agree.
@@ -169,6 +173,8 @@ impl ClassReport {
             nodes_per_occluded_ray: p.visits.and_then(|v| v.nodes_per_occluded_ray),
             nodes_per_unoccluded_ray: p.visits.and_then(|v| v.nodes_per_unoccluded_ray),
             triangles_per_ray: p.visits.map(|v| v.triangles_per_ray),
+            double_tests_per_million: p.visits.map(|v| v.double_tests_per_million),
+            exact_tests_per_million: p.visits.map(|v| v.exact_tests_per_million),
         });
         let agreement = outcome.agreement.iter().map(|a| AgreementReport {
             backends: a.pair.map(|i| specs[i].clone()),

@@ -107,6 +107,19 @@ fn class_text(class: &ClassReport) -> String {
         ]);
     }
     let _ = writeln!(text, "\n{}", results.trim_fmt());
+    for result in &class.results {
+        if let (Some(double), Some(exact)) =
+            (result.double_tests_per_million, result.exact_tests_per_million)
+            && double + exact > 0.0
+        {
+            let _ = writeln!(
+                text,
+                "{}: of a million rays f32 left {:.0} tests to f64, and that {exact:.1} to integers",
+                result.backend,
+                double + exact
+            );
+        }
+    }
     for agreement in &class.agreement {
         let [a, b] = &agreement.backends;
         let _ = match agreement.differing_rays {
