@@ -7,6 +7,7 @@
 //! ```
 
 use super::RaySet;
+use crate::error::one_line;
 use crate::geometry::Vec3;
 use crate::output::write_atomically;
 use crate::ray::Ray;
@@ -96,8 +97,9 @@ impl RayFile {
         if line(&mut input)?.trim_end() != MAGIC {
             return Err(Error::input(path, format!("not a ray file ('{MAGIC}' expected)")));
         }
-        let header: RayFileHeader = serde_json::from_str(&line(&mut input)?)
-            .map_err(|e| Error::input_line(path, 2, format!("header: {e}")))?;
+        let header: RayFileHeader = serde_json::from_str(&line(&mut input)?).map_err(|e| {
+            Error::input_line(path, 2, format!("header: {}", one_line(&e.to_string())))
+        })?;
         let sizes = header.classes.iter().flat_map(|c| &c.batch_rays);
         let expected = sizes.fold(0u64, |sum, &n| sum.saturating_add(n as u64));
         let rest = length - input.stream_position().map_err(Error::io(path))?;
@@ -162,5 +164,15 @@ mod tests {
             let error = RayFile::read(&path).unwrap_err().to_string();
             assert!(error.contains("x.rays") && !error.contains('\n'), "{error}");
         }
+    }
+
+    /// Found by fuzzing: an error quoted a key of the header as it was.
+    #[test]
+    fn errors_quote_no_control_characters() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.rays");
+        std::fs::write(&path, "sato rays 1\n{\"ab\u{7f}ut\": 1}\n").unwrap();
+        let error = RayFile::read(&path).unwrap_err().to_string();
+        assert!(error.contains("ab\\u{7f}ut") && !error.chars().any(char::is_control), "{error}");
     }
 }

@@ -39,7 +39,7 @@ pub struct CaseReport {
     pub rays: u64,
     /// Those of them that something stops.
     pub occluded: u64,
-    /// Whether all rays that were its share were made, or the time limit came first.
+    /// Whether all rays that it was to have were made, or the time limit came first.
     pub is_complete: bool,
     /// One for each backend.
     pub results: Vec<CaseResult>,

@@ -41,7 +41,7 @@ impl Trial<'_> {
         let mut report = CaseReport::new(self.case, specs);
         for (index, stage) in stages.iter().enumerate() {
             let left = (stages.len() - index) as u64;
-            let wanted = (rays.saturating_sub(report.rays) / left).max(1);
+            let wanted = (rays.saturating_sub(report.rays) / left).clamp(1, stage.most_rays);
             let deadline = self.deadline.map(|deadline| {
                 let now = Instant::now();
                 now + deadline.saturating_duration_since(now) / left as u32

@@ -45,12 +45,15 @@ pub(super) static COINCIDENT: CaseEntry = CaseEntry {
     stages: |_| {
         let corners = vec![Vec3::new(-1.0, -1.0, 0.1), Vec3::new(1.1, -0.9, 0.0), Vec3::Y];
         let mesh = TriangleMesh::new(corners, vec![[0, 1, 2]; 100_000]);
-        Ok(Stage::only(mesh, |mesh, random| {
+        let mut stages = Stage::only(mesh, |mesh, random| {
             let [a, b, c] = any_triangle(mesh, random);
             let beside = random.pick(&[0.0, 0.0, 0.25, -1e-6, -0.25]);
             let target = a.lerp(b, random.unit()) + (c - a) * beside;
             towards(random.point() * 2.0, target)
-        }))
+        });
+        // A ray that passes beside is tested against all of them.
+        stages[0].most_rays = 1000;
+        Ok(stages)
     },
 };
 

@@ -36,6 +36,8 @@ pub struct Stage {
     pub mesh: TriangleMesh,
     /// Makes a ray.
     pub ray: RaySource,
+    /// Most rays to give it: few where each meets very many triangles.
+    pub most_rays: u64,
 }
 
 /// Makes a ray for the mesh.
@@ -55,7 +57,7 @@ impl Stage {
         mesh: TriangleMesh,
         ray: impl Fn(&TriangleMesh, &mut Random) -> Ray + Send + Sync + 'static,
     ) -> Self {
-        Self { label: label.into(), mesh, ray: Box::new(ray) }
+        Self { label: label.into(), mesh, ray: Box::new(ray), most_rays: u64::MAX }
     }
 }
 
