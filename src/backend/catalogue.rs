@@ -54,17 +54,18 @@ pub fn every_spec() -> Vec<BackendSpec> {
     specs
 }
 
-/// Orders to try with every builder. Builders know no orders and orders no builders, so that one of
-/// each kind will do: by the ray, by area, by number, and of the leaves' triangles.
+/// Orders to try with every builder and mode. These know no orders and orders know none of them, so
+/// that one of each kind will do: by the ray, by area, by number, and of the leaves' triangles.
 const ORDERS_FOR_EVERY_BUILDER: &[&str] = &["near", "node-sato", "prim-num", "rtsah"];
 
-/// As [`every_spec`], but few orders with builders that are not the default: what tests and
+/// As [`every_spec`], but few orders with builders and modes that are not the default: what tests and
 /// `sato stress` go through.
 pub fn varied_specs() -> Vec<BackendSpec> {
     let is_tried = |spec: &BackendSpec| {
         let keys = spec.entry().keys.iter();
-        let by_default =
-            keys.clone().all(|k| k.name != "builder" || spec.value(k.name) == k.default);
+        let by_default = keys
+            .filter(|k| ["builder", "mode"].contains(&k.name))
+            .all(|k| spec.value(k.name) == k.default);
         let order = spec.find_value("order");
         by_default || order.is_none_or(|order| ORDERS_FOR_EVERY_BUILDER.contains(&order))
     };
