@@ -126,7 +126,7 @@ fn wrong_rays_are_saved_for_replay() {
     // All rays there are wrong; asked again, the backends still agree, and the arbiter still differs.
     sato(folder.path())
         .args(["rays", "replay", "out/triangle-planes.rays", "--rounds", "1"])
-        .args(["--backend", "brute", "--backend", "bvh2"])
+        .args(["--backend", "brute:mode=fast", "--backend", "bvh2:mode=fast"])
         .assert()
         .success()
         .stdout(contains("of 8 rays that all agree on, 8 are wrong"));
