@@ -73,6 +73,24 @@ fn kernels() -> Vec<BackendSpec> {
         .collect()
 }
 
+/// A triangle whose area rounds to none in `f64`: the products of its edges differ by `2^-54`.
+#[test]
+fn area_that_rounding_hides_is_there() {
+    let last = 1.0 - 1.0 / (1u32 << 24) as f32;
+    let corners = [
+        Vec3::new(1.0 / (1u32 << 30) as f32, 0.0, 0.0),
+        Vec3::ONE.with_z(0.0),
+        Vec3::new(last, last, 0.0),
+    ];
+    let triangle = Triangle(corners);
+    let scene = scene_of(mesh_of(&[triangle; 3]));
+    let rays = corners.map(|corner| Ray::new(corner + Vec3::Z, -Vec3::Z, 2.0));
+    assert!(rays.iter().all(|ray| truth(ray, &[triangle])));
+    for spec in kernels() {
+        assert_eq!(occluded(&*built(&spec, &scene), &rays), [0b111], "{spec}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100_000))]
 

@@ -50,36 +50,38 @@ impl Shear {
         [v[kx] - sx * z, v[ky] - sy * z]
     }
 
-    /// Whether the ray's line passes through the closed triangle, in whatever direction; `false` if
-    /// the triangle has no area in the plane across the ray.
+    /// The corners across the ray, and their edge functions, each opposite its corner.
     #[inline(always)]
-    pub(super) fn passes_through(&self, triangle: &Triangle) -> bool {
+    fn edges(&self, triangle: &Triangle) -> ([[f32; 2]; 3], [f32; 3]) {
         let [a, b, c] = triangle.0;
         let [a, b, c] = [self.project(a), self.project(b), self.project(c)];
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
+        ([a, b, c], [u, v, w])
+    }
+
+    /// Whether the ray's line passes through the closed triangle, in whatever direction; `false` if
+    /// the triangle has no area in the plane across the ray.
+    #[inline(always)]
+    pub(super) fn passes_through(&self, triangle: &Triangle) -> bool {
+        let (corners, [u, v, w]) = self.edges(triangle);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return false;
         }
         // Also true of NaN, from coordinates that overflow.
         let in_doubt = !(u * v * w).is_normal();
-        !in_doubt || passes_through_exactly([a, b, c])
+        !in_doubt || passes_through_exactly(corners)
     }
 
     /// Whether two edge functions of unlike signs show that the line misses the triangle, each of them
     /// beyond `slack` times the corners' largest distance: then it is the exact line that does.
     #[inline(always)]
     pub(super) fn surely_passes_by(&self, triangle: &Triangle, slack: f32) -> bool {
-        /// What underflow takes.
-        const UNDERFLOW: f32 = 1.0 / (1u128 << 126) as f32;
-        let [a, b, c] = triangle.0;
-        let [a, b, c] = [self.project(a), self.project(b), self.project(c)];
-        let u = c[0] * b[1] - c[1] * b[0];
-        let v = a[0] * c[1] - a[1] * c[0];
-        let w = b[0] * a[1] - b[1] * a[0];
+        let ([a, b, c], [u, v, w]) = self.edges(triangle);
         let far = |p: [f32; 2]| p[0].abs() + p[1].abs();
-        let slack = slack * far(a).max(far(b)).max(far(c)) + UNDERFLOW;
+        // The last number is more than underflow takes.
+        let slack = slack * far(a).max(far(b)).max(far(c)) + f32::MIN_POSITIVE;
         // Of NaN no comparison holds.
         let (below, above) = (u.min(v).min(w) < -slack, u.max(v).max(w) > slack);
         below && above

@@ -90,8 +90,7 @@ fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
         if squared > lengths / f64::from(1 << 20).powi(2) && squared > 1e-290 {
             let length = squared.sqrt();
             (ab, ac, cross * length.recip(), length * shrink)
-        } else if cross == DVec3::ZERO && is_difference(a, b) && is_difference(a, c) {
-            // With exact differences and products, nothing but a difference of equals is zero.
+        } else if is_difference(a, b) && is_difference(a, c) && are_parallel(b - a, c - a) {
             (DVec3::ZERO, DVec3::ZERO, DVec3::splat(3f64.sqrt().recip()), NO_AREA)
         } else {
             (ab, ac, DVec3::ZERO, 0.0)
@@ -108,6 +107,15 @@ fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
 fn is_difference(from: DVec3, to: DVec3) -> bool {
     let difference = to - from;
     from + difference == to && to - difference == from
+}
+
+/// Whether the cross product is zero without rounding.
+fn are_parallel(a: DVec3, b: DVec3) -> bool {
+    // Rounded, and what that took.
+    let product = |a: f64, b: f64| (a * b, a.mul_add(b, -(a * b)));
+    product(a.x, b.y) == product(a.y, b.x)
+        && product(a.y, b.z) == product(a.z, b.y)
+        && product(a.z, b.x) == product(a.x, b.z)
 }
 
 /// Writes a leaf of these triangles, at most [`MAX_WIDE_LEAF`], into its block of [`LEAF_ROWS`]

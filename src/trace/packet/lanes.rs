@@ -12,9 +12,6 @@ pub(super) const LANES: usize = 8;
 
 type Wide = [f32; LANES];
 
-/// As the scalar test has it.
-const UNDERFLOW: f32 = 1.0 / (1u128 << 126) as f32;
-
 /// The bits of one group's rays.
 #[inline(always)]
 pub(super) fn of_group(mask: u64, group: usize) -> u64 {
@@ -178,7 +175,7 @@ impl Group {
                 Mode::Exact => {
                     let far = |p: &[Wide; 2]| p[0][lane].abs() + p[1][lane].abs();
                     let farthest = larger(larger(far(&a), far(&b)), far(&c));
-                    self.edge_slack[lane] * farthest + UNDERFLOW
+                    self.edge_slack[lane] * farthest + f32::MIN_POSITIVE
                 }
             };
             let below = (u < -slack) | (v < -slack) | (w < -slack);
