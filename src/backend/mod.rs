@@ -14,9 +14,11 @@ pub use shared_trees::{Built, SharedTrees};
 pub use spec::{BackendSpec, Choice, Key};
 
 use crate::Result;
+use crate::geometry::Aabb;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
 use crate::ray_set::RaySet;
 use crate::scene::Scene;
+use crate::trace::shaft::{Budget, Entry, Shaft, View};
 
 /// A structure built from a scene's triangles that answers rays.
 ///
@@ -43,6 +45,27 @@ pub trait Accelerator: Send + Sync {
     ) -> bool {
         let _ = (batch, occluded, counts);
         false
+    }
+
+    /// Box around all triangles, if [`look`](Self::look) can tell anything.
+    fn looks_within(&self) -> Option<Aabb> {
+        None
+    }
+
+    /// What stands in the way of all rays of a shaft, as far as it can be said for all at once and
+    /// without looking at more than `budget` allows: true of each ray in exact arithmetic. Sets `entry`,
+    /// where `from` holds all that these rays can meet, to what of it may be in their way.
+    fn look(&self, shaft: &Shaft<'_>, from: &Entry, budget: Budget, entry: &mut Entry) -> View {
+        let _ = (shaft, from, budget);
+        entry.clear();
+        View::Partly
+    }
+
+    /// As [`occluded`](Self::occluded) for rays of a shaft that was looked through: what is in their
+    /// way is in `entry`.
+    fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        let _ = entry;
+        self.occluded(batch, occluded);
     }
 }
 

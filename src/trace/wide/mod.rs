@@ -22,11 +22,12 @@ use super::packet::PacketCounter;
 use crate::geometry::TriangleMesh;
 use crate::intersect::{Mode, Stage};
 use crate::ray::{Hit, Ray, VisitCounts};
-use crate::tree::Bvh8;
+use crate::trace::shaft::Entry;
+use crate::tree::{Bvh8, Node8};
 use occluders::Occluders;
 use rays::{NOBODY, Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
-use stream::Stack;
+use stream::{Stack, Start};
 
 /// The instructions that kernels run on: asked for once, not for each ray.
 #[derive(Clone, Copy, Debug)]
@@ -121,6 +122,8 @@ pub struct Query<'a> {
     pub way: Way,
     /// How to test triangles.
     pub mode: Mode,
+    /// Where to start.
+    pub entry: &'a Entry,
 }
 
 /// Fewer rays have little in common, and most groups would be near empty.
@@ -243,7 +246,10 @@ impl Batch<'_> {
     #[inline(always)]
     fn trace<S: Simd, W: Wide, T: Tally>(self, s: S, w: W, scratch: &mut Scratch, tally: &mut T) {
         let Self { query, rays, occluded } = self;
-        let Query { tree, mesh, way, mode } = *query;
+        let Query { tree, mesh, way, mode, entry } = *query;
+        let parts = entry.parts().map(|parts| parts.iter().map(|part| (part.child, part.bounds)));
+        let entry = parts.map(|parts| Node8::new(&parts.collect::<Vec<_>>()));
+        let start = Start { tree, entry: entry.as_ref() };
         let one_by_one = match way {
             Way::Automatic => rays.len() < LEAST_TOGETHER,
             Way::Single => true,
@@ -256,9 +262,9 @@ impl Batch<'_> {
         for places in places.chunks(STREAM) {
             let prepared = Rays::new(s, w, numbers, target, rays, places);
             let mut hits = if one_by_one {
-                stream::any_hit_one_by_one(s, w, tree, &prepared, stack, tally)
+                stream::any_hit_one_by_one(s, w, start, &prepared, stack, tally)
             } else {
-                stream::any_hit(s, w, tree, &prepared, stack, occluders, tally)
+                stream::any_hit(s, w, start, &prepared, stack, occluders, tally)
             };
             tally.next_stream(places);
             while hits != 0 {

@@ -54,12 +54,13 @@ fn assert_mode_as_binary<T: TriangleTest>(
 ) -> Vec<u64> {
     let mut expected = vec![0; words_for(rays.len())];
     for (index, ray) in rays.iter().enumerate() {
-        let hit = single::any_hit(binary, &Plan::Near, test, ray, &mut NoCount);
+        let hit = single::any_hit(binary, binary.root, &Plan::Near, test, ray, &mut NoCount);
         expected[index / 64] |= u64::from(hit) << (index % 64);
     }
     for set in Instructions::all() {
         for way in WAYS {
-            let answers = answers(set, &Query { tree, mesh, way, mode: T::MODE }, rays);
+            let answers =
+                answers(set, &Query { tree, mesh, way, mode: T::MODE, entry: &Entry::WHOLE }, rays);
             for (index, ray) in rays.iter().enumerate() {
                 let bit = |words: &[u64]| words[index / 64] >> (index % 64) & 1;
                 let case = (set, way, T::MODE, index, ray);
@@ -186,7 +187,8 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
     for _ in 0..250 {
         let rays = rays(&mut random, &mesh, 5000);
         for mode in [Mode::Fast, Mode::Exact] {
-            let query = Query { tree: &wide, mesh: &mesh, way: Way::Stream, mode };
+            let query =
+                Query { tree: &wide, mesh: &mesh, way: Way::Stream, mode, entry: &Entry::WHOLE };
             let expected = answers(Instructions::PORTABLE, &query, &rays);
             for set in Instructions::all() {
                 for way in [Way::Single, Way::Stream] {
