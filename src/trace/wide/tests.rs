@@ -27,6 +27,24 @@ fn answers(set: Instructions, query: &Query<'_>, rays: &[Ray]) -> Vec<u64> {
     occluded
 }
 
+/// One scratch here too. What `hits` held before does not matter.
+fn answers_closest(
+    set: Instructions,
+    (mesh, tree): (&TriangleMesh, &Bvh8),
+    rays: &[Ray],
+) -> Vec<Option<Hit>> {
+    thread_local! {
+        static SCRATCH: RefCell<Scratch> = RefCell::default();
+    }
+    let mut hits = vec![Some(Hit { t: 7.0, triangle: 7 }); rays.len()];
+    SCRATCH.with_borrow_mut(|scratch| closest_hits(set, tree, mesh, rays, &mut hits, scratch));
+    hits
+}
+
+fn bits(hit: Hit) -> (u32, u32) {
+    (hit.t.to_bits(), hit.triangle)
+}
+
 fn assert_as_binary(
     mesh: &TriangleMesh,
     (binary, wide): (&Bvh2, &Bvh8),
@@ -37,9 +55,12 @@ fn assert_as_binary(
     assert_mode_as_binary(mesh, (binary, wide), rays, Exact);
     for set in Instructions::all() {
         if closest {
-            for ray in rays {
-                let expected = single::closest_hit(binary, ray);
-                assert_eq!(closest_hit(set, wide, mesh, ray), expected, "{set:?} {ray:?}");
+            let together = answers_closest(set, (mesh, wide), rays);
+            for (ray, together) in rays.iter().zip(together) {
+                let expected = single::closest_hit(binary, ray).map(bits);
+                let alone = closest_hit(set, wide, mesh, ray).map(bits);
+                assert_eq!(alone, expected, "{set:?} {ray:?}");
+                assert_eq!(together.map(bits), expected, "{set:?}, together: {ray:?}");
             }
         }
     }
