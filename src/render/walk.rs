@@ -10,7 +10,7 @@ use super::soft_shadow::{LightSample, LightView};
 use super::surface::SurfacePoint;
 use super::tile::TILE_PIXELS;
 use crate::backend::Accelerator;
-use crate::ray::Ray;
+use crate::ray::{Hit, Ray};
 use crate::scene::Scene;
 use std::time::{Duration, Instant};
 
@@ -49,8 +49,16 @@ pub(super) struct Walk<'a> {
 #[derive(Default)]
 pub(super) struct Scratch {
     buffers: Vec<RayBuffer>,
+    gaze: Gaze,
     surfaces: Vec<Visible>,
     views: Vec<LightView>,
+}
+
+/// Camera rays of a tile's pixels, and what they hit.
+#[derive(Default)]
+struct Gaze {
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
 }
 
 struct Visible {
@@ -83,7 +91,7 @@ impl Walk<'_> {
         };
         for camera_sample in 0..self.plan.settings.camera_samples {
             let start = Instant::now();
-            self.look(tile, camera_sample, &mut scratch.surfaces);
+            self.look(tile, camera_sample, &mut scratch.gaze, &mut scratch.surfaces);
             walk.primary_time += start.elapsed();
             for visible in &scratch.surfaces {
                 walk.primary.add(visible.slot, &visible.surface);
@@ -102,21 +110,28 @@ impl Walk<'_> {
     }
 
     /// Finds what one camera sample of each of the tile's pixels sees.
-    fn look(&self, tile: usize, camera_sample: u32, surfaces: &mut Vec<Visible>) {
+    fn look(&self, tile: usize, camera_sample: u32, gaze: &mut Gaze, surfaces: &mut Vec<Visible>) {
         let settings = &self.plan.settings;
-        surfaces.clear();
-        for (slot, [x, y]) in self.plan.grid.tile(tile).pixels() {
-            let sampler = PixelSampler::new(settings.seed, x, y);
+        let tile = self.plan.grid.tile(tile);
+        let view = self.scene.camera.view(settings.size);
+        gaze.rays.clear();
+        gaze.rays.extend(tile.pixels().map(|(_, [x, y])| {
             let [dx, dy] = if settings.camera_samples == 1 {
                 [0.5, 0.5]
             } else {
+                let sampler = PixelSampler::new(settings.seed, x, y);
                 sampler.sample_2d(Dimension::Camera, camera_sample)
             };
-            let (px, py) = ((f64::from(x) + dx) as f32, (f64::from(y) + dy) as f32);
-            let ray = self.scene.camera.ray(px, py, settings.size);
-            if let Some(hit) = self.accelerator.closest_hit(&ray) {
+            view.ray((f64::from(x) + dx) as f32, (f64::from(y) + dy) as f32)
+        }));
+        gaze.hits.resize(gaze.rays.len(), None);
+        self.accelerator.closest_hits(&gaze.rays, &mut gaze.hits);
+        surfaces.clear();
+        for ((slot, [x, y]), (ray, hit)) in tile.pixels().zip(gaze.rays.iter().zip(&gaze.hits)) {
+            if let Some(hit) = hit {
+                let sampler = PixelSampler::new(settings.seed, x, y);
                 let triangle = self.scene.mesh.triangle(hit.triangle as usize);
-                let surface = SurfacePoint::new(&triangle, &ray);
+                let surface = SurfacePoint::new(&triangle, ray);
                 surfaces.push(Visible { slot: slot as u8, sampler, surface });
             }
         }
@@ -131,7 +146,7 @@ impl Walk<'_> {
         flush: &mut dyn FnMut(usize, &RayBuffer),
     ) -> u64 {
         let plan = &self.plan.classes[class];
-        let Scratch { buffers, surfaces, views } = scratch;
+        let Scratch { buffers, surfaces, views, .. } = scratch;
         let buffer = &mut buffers[class];
         let mut skipped = 0;
         if let RayClass::Shadow { light } = plan.class {
