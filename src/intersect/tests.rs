@@ -176,9 +176,7 @@ fn both_points_are_on_the_line() {
 
 #[test]
 fn eight_hits_at_once_are_those_of_one() {
-    let seed = 0x1a9e5;
-    println!("seed {seed}");
-    let mut random = Random::new(seed);
+    let mut random = Random::new(0x1a9e5);
     let (mut hits, mut asked) = (0, 0);
     for round in 0..40_000 {
         let scale = [1.0, 1e-3, 1e4, 1e-20, 1e15][round % 5];
