@@ -8,6 +8,7 @@ use super::sampling::{Dimension, PixelSampler};
 use super::settings::RayClass;
 use super::soft_shadow::{LightSample, LightView};
 use super::surface::SurfacePoint;
+use super::surface_lanes::points_seen;
 use super::tile::TILE_PIXELS;
 use crate::backend::Accelerator;
 use crate::ray::{Hit, Ray};
@@ -54,11 +55,12 @@ pub(super) struct Scratch {
     views: Vec<LightView>,
 }
 
-/// Camera rays of a tile's pixels, and what they hit.
+/// Camera rays of a tile's pixels, what each hits, and the points of those that hit something.
 #[derive(Default)]
 struct Gaze {
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
+    points: Vec<SurfacePoint>,
 }
 
 struct Visible {
@@ -127,13 +129,11 @@ impl Walk<'_> {
         gaze.hits.resize(gaze.rays.len(), None);
         self.accelerator.closest_hits(&gaze.rays, &mut gaze.hits);
         surfaces.clear();
-        for ((slot, [x, y]), (ray, hit)) in tile.pixels().zip(gaze.rays.iter().zip(&gaze.hits)) {
-            if let Some(hit) = hit {
-                let sampler = PixelSampler::new(settings.seed, x, y);
-                let triangle = self.scene.mesh.triangle(hit.triangle as usize);
-                let surface = SurfacePoint::new(&triangle, ray);
-                surfaces.push(Visible { slot: slot as u8, sampler, surface });
-            }
+        points_seen(&self.scene.mesh, &gaze.rays, &gaze.hits, &mut gaze.points);
+        let seen = tile.pixels().zip(&gaze.hits).filter(|(_, hit)| hit.is_some());
+        for (((slot, [x, y]), _), &surface) in seen.zip(&gaze.points) {
+            let sampler = PixelSampler::new(settings.seed, x, y);
+            surfaces.push(Visible { slot: slot as u8, sampler, surface });
         }
     }
 
