@@ -124,6 +124,12 @@ impl Accelerator for Bvh8Backend {
         wide::closest_hit(self.instructions, &self.tree, &self.mesh, ray)
     }
 
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        SCRATCH.with_borrow_mut(|scratch| {
+            wide::closest_hits(self.instructions, &self.tree, &self.mesh, rays, hits, scratch);
+        });
+    }
+
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
         self.occluded_from(&Entry::WHOLE, batch, occluded);
     }

@@ -31,6 +31,14 @@ pub trait Accelerator: Send + Sync {
     /// The closest hit, or `None`.
     fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
 
+    /// For each of `rays` its [`closest_hit`](Self::closest_hit), into the element of `hits` in its
+    /// place; both have the same length. Best for rays that go the same way, such as those of a tile.
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.closest_hit(ray);
+        }
+    }
+
     /// For each ray of the batch, whether anything is in the way. `occluded` holds
     /// [`words_for`](crate::ray::words_for) zeroed words.
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]);

@@ -18,6 +18,7 @@ mod spherical_rectangle;
 mod stats;
 mod streaming;
 mod surface;
+mod surface_lanes;
 mod tile;
 mod training;
 mod walk;

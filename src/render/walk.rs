@@ -11,8 +11,9 @@ use super::skip::{Skip, Skips};
 use super::soft_shadow::{LightSamples, LightView};
 use super::stats::SkippedRays;
 use super::surface::SurfacePoint;
+use super::surface_lanes::points_seen;
 use crate::backend::Accelerator;
-use crate::ray::Ray;
+use crate::ray::{Hit, Ray};
 use crate::scene::{Light, Scene};
 use crate::trace::shaft::{Budget, Entry, Shaft, View};
 use glam::Vec3;
@@ -75,6 +76,7 @@ pub(super) struct Walk<'a> {
 #[derive(Default)]
 pub(super) struct Scratch {
     buffers: Vec<RayBuffer>,
+    gaze: Gaze,
     surfaces: Vec<Visible>,
     groups: Vec<Group>,
     origins: Vec<Vec3>,
@@ -87,6 +89,14 @@ struct Samples {
     points: Points,
     directions: Directions,
     of_light: LightSamples,
+}
+
+/// Camera rays of a tile's pixels, what each hits, and the points of those that hit something.
+#[derive(Default)]
+struct Gaze {
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    points: Vec<SurfacePoint>,
 }
 
 struct Visible {
@@ -114,7 +124,7 @@ impl Walk<'_> {
         };
         for camera_sample in 0..self.plan.settings.camera_samples {
             let start = Instant::now();
-            self.look(tile, camera_sample, &mut scratch.surfaces);
+            self.look(tile, camera_sample, &mut scratch.gaze, &mut scratch.surfaces);
             walk.primary_time += start.elapsed();
             for visible in &scratch.surfaces {
                 walk.primary.add(visible.slot, &visible.surface);
@@ -137,26 +147,30 @@ impl Walk<'_> {
     }
 
     /// Finds what one camera sample of each of the tile's pixels sees.
-    fn look(&self, tile: usize, camera_sample: u32, surfaces: &mut Vec<Visible>) {
+    fn look(&self, tile: usize, camera_sample: u32, gaze: &mut Gaze, surfaces: &mut Vec<Visible>) {
         let settings = &self.plan.settings;
-        surfaces.clear();
+        let tile = self.plan.grid.tile(tile);
+        let view = self.scene.camera.view(settings.size);
         let mut points = Points::default();
-        for (slot, [x, y]) in self.plan.grid.tile(tile).pixels() {
-            let sampler = PixelSampler::new(settings.sampler, settings.seed, x, y);
+        let sampler = |[x, y]: [u32; 2]| PixelSampler::new(settings.sampler, settings.seed, x, y);
+        gaze.rays.clear();
+        gaze.rays.extend(tile.pixels().map(|(_, [x, y])| {
             let [dx, dy] = if settings.camera_samples == 1 {
                 [0.5, 0.5]
             } else {
                 let (all, one) = (settings.camera_samples, camera_sample..camera_sample + 1);
-                sampler.fill(Dimension::Camera, [0, all], one, &mut points);
+                sampler([x, y]).fill(Dimension::Camera, [0, all], one, &mut points);
                 points.get(0).map(f64::from)
             };
-            let (px, py) = ((f64::from(x) + dx) as f32, (f64::from(y) + dy) as f32);
-            let ray = self.scene.camera.ray(px, py, settings.size);
-            if let Some(hit) = self.accelerator.closest_hit(&ray) {
-                let triangle = self.scene.mesh.triangle(hit.triangle as usize);
-                let surface = SurfacePoint::new(&triangle, &ray);
-                surfaces.push(Visible { slot: slot as u8, sampler, surface });
-            }
+            view.ray((f64::from(x) + dx) as f32, (f64::from(y) + dy) as f32)
+        }));
+        gaze.hits.resize(gaze.rays.len(), None);
+        self.accelerator.closest_hits(&gaze.rays, &mut gaze.hits);
+        surfaces.clear();
+        points_seen(&self.scene.mesh, &gaze.rays, &gaze.hits, &mut gaze.points);
+        let seen = tile.pixels().zip(&gaze.hits).filter(|(_, hit)| hit.is_some());
+        for (((slot, pixel), _), &surface) in seen.zip(&gaze.points) {
+            surfaces.push(Visible { slot: slot as u8, sampler: sampler(pixel), surface });
         }
     }
 

@@ -43,12 +43,12 @@ impl Stack {
 
 /// Rays of a group that must be active for testing the group to be worth it: fewer are tested one by
 /// one against all children, or all triangles, at once.
-const ACTIVE_IN_NODE: u32 = 3;
-const ACTIVE_IN_LEAF: u32 = 1;
+pub(super) const ACTIVE_IN_NODE: u32 = 3;
+pub(super) const ACTIVE_IN_LEAF: u32 = 1;
 
 /// Has a child brought near that is visited later.
 #[inline(always)]
-fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
+pub(super) fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
     if child.is_leaf() {
         let block = &tree.leaves[child.leaf_slots().start * LEAF_ROWS..];
         // The shortest block ends in the first line or the next one.
