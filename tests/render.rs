@@ -81,6 +81,8 @@ fn settings() -> RenderSettings {
         passes: Pass::ALL.to_vec(),
         sampler: SamplerEntry::sobol(),
         light_sampling: LightSampling::SolidAngle,
+        adaptive: None,
+        layers: None,
     }
 }
 

@@ -85,6 +85,8 @@ impl Picture {
             passes,
             sampler: self.sampler,
             light_sampling: self.light_sampling,
+            adaptive: None,
+            layers: None,
         };
         settings.check()?;
         Ok(settings)

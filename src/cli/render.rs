@@ -5,7 +5,7 @@ use super::{print, progress};
 use crate::backend::{BackendSpec, BuildStats};
 use crate::image_file::{self, heat_map, tone_map};
 use crate::lab::Lab;
-use crate::render::{Pass, RenderOptions, RenderSettings, RenderStats, Skips, render};
+use crate::render::{Adaptive, Pass, RenderOptions, RenderSettings, RenderStats, Skips, render};
 use crate::report::{Provenance, SceneReport, write_json};
 use crate::{Error, Result};
 use clap::Args;
@@ -29,6 +29,14 @@ pub(super) struct Arguments {
     /// What to render (ao, ao-unbounded, shadow) [default: ao,shadow]
     #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = parse_pass)]
     passes: Vec<Pass>,
+    /// Layers to make, each a name: picture, shadow, irradiance, depth, normal, ao, ao-unbounded,
+    /// shadow.LIGHT, samples.CLASS; what none of them needs is not computed [default: all]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    layers: Option<Vec<String>>,
+    /// Give pixels as many samples as they need, at most MOST and --spp on the mean, by a pilot of an
+    /// eighth more; without bias. Adds layers that say how many
+    #[arg(long, value_name = "MOST")]
+    adaptive: Option<u32>,
     /// Count the nodes that shadow rays visit and add them as a layer and a PNG; slower
     #[arg(long)]
     heat_map: bool,
@@ -60,6 +68,10 @@ struct RenderReport<'a> {
     sampler: &'static str,
     light_sampling: &'static str,
     skip: String,
+    /// Most samples of a pixel, where sampling is adaptive.
+    adaptive: Option<u32>,
+    /// The layers asked for; all if absent.
+    layers: Option<&'a [String]>,
     render: &'a RenderStats,
     files: Vec<String>,
 }
@@ -76,7 +88,12 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
     }
     let scene = load_scene(&arguments.scene, run.quiet)?;
     let passes = passes(&arguments.passes, &[Pass::AmbientOcclusion, Pass::Shadow], &scene);
-    let settings = arguments.picture.settings(&scene, run.seed, passes, SAMPLES)?;
+    let settings = RenderSettings {
+        adaptive: arguments.adaptive.map(|most| Adaptive { most }),
+        layers: arguments.layers.clone(),
+        ..arguments.picture.settings(&scene, run.seed, passes, SAMPLES)?
+    };
+    settings.check_for(&scene)?;
     let accelerator = Lab::new(&scene, run.seed).build(&arguments.backend)?;
     let bar = progress::bar("render", 0, run.quiet);
     let progress = |done: usize, total: usize| {
@@ -95,16 +112,20 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
         output.map_or_else(|| PathBuf::from(format!("{}.exr", scene.name)), Path::to_path_buf);
     let mut metadata = settings.metadata();
     metadata.extend(super::metadata(&scene, &arguments.backend));
-    let mut files = vec![output.clone(), output.with_extension("png")];
+    let mut files = vec![output.clone()];
     image_file::write_exr(&output, &rendering.film, &metadata)?;
-    image_file::write_png(&files[1], &tone_map(&rendering.film))?;
+    if rendering.film.has_picture() {
+        files.push(output.with_extension("png"));
+        image_file::write_png(&files[1], &tone_map(&rendering.film))?;
+    }
     if let Some(nodes) = rendering.film.channel("nodes", "Y") {
         // Outliers must not push all else into one colour.
         let mut sorted = nodes.to_vec();
         sorted.sort_by(f32::total_cmp);
         let most = sorted[(sorted.len() - 1) * 99 / 100].max(1.0);
-        files.push(output.with_extension("nodes.png"));
-        image_file::write_png(&files[2], &heat_map(settings.size, nodes, most))?;
+        let file = output.with_extension("nodes.png");
+        image_file::write_png(&file, &heat_map(settings.size, nodes, most))?;
+        files.push(file);
     } else if arguments.heat_map && !run.quiet {
         eprintln!("sato: warning: {} cannot count what it visits: no heat map", arguments.backend);
     }
@@ -123,6 +144,8 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
             sampler: settings.sampler.name,
             light_sampling: settings.light_sampling.name(),
             skip: arguments.skip.to_string(),
+            adaptive: arguments.adaptive,
+            layers: settings.layers.as_deref(),
             render: &rendering.stats,
             files: files.clone(),
         };
@@ -184,6 +207,35 @@ fn stats_text(
             let by = by.collect::<Vec<_>>().join(", ");
             let _ = writeln!(text, "  {} not traced, {share:.1} %: {by}", class.rays_skipped);
         }
+        if let Some(adaptive) = &class.adaptive {
+            let _ = writeln!(
+                text,
+                "  adaptive: {} to {} samples a pixel, {:.2} on the mean; pilot: {} rays traced, {} not",
+                adaptive.samples_min,
+                adaptive.samples_max,
+                adaptive.samples_mean,
+                adaptive.pilot_rays,
+                adaptive.pilot_rays_skipped
+            );
+        }
+    }
+    if settings.adaptive.is_some() {
+        let _ = writeln!(text, "pilot: {:.1} ms, camera rays again among them", stats.pilot_ms);
+    }
+    if !stats.layers_left_out.is_empty() {
+        let _ = writeln!(
+            text,
+            "layers not made: {}, {:.1} MB not written",
+            stats.layers_left_out.join(", "),
+            stats.bytes_left_out as f64 / 1e6
+        );
+    }
+    if !stats.classes_left_out.is_empty() {
+        let _ = writeln!(
+            text,
+            "not traced, as no layer needs it: {}",
+            stats.classes_left_out.join(", ")
+        );
     }
     text
 }

@@ -1,9 +1,10 @@
 //! The picture: named layers of `f32`, and the sums that they are made of.
 
+use super::layers::{Content, LayerPlan, ambient_of_picture};
 use super::plan::Plan;
-use super::settings::{Pass, RayClass};
+use super::settings::RayClass;
 use super::surface::SurfacePoint;
-use super::tile::{TILE_PIXELS, Tile};
+use super::tile::TILE_PIXELS;
 use crate::ray::{VisitCounts, bit};
 use glam::{DVec3, Vec3};
 use std::f64::consts::{FRAC_1_PI, PI};
@@ -13,7 +14,8 @@ const ALBEDO: f64 = 0.8;
 /// Its ambient light, as a part of the mean irradiance that the lights give without shadows.
 const AMBIENT_SHARE: f64 = 0.2;
 
-/// Named layers of one size. Values are row by row from the upper left pixel.
+/// Named layers of one size. Values are row by row from the upper left pixel. It has those of the
+/// following that [`RenderSettings::layers`](super::RenderSettings::layers) asks for.
 ///
 /// Where a pixel sees surfaces, all layers but the first are means over the camera samples that
 /// see one; where it sees none, they are 0 and `depth` is infinite.
@@ -28,6 +30,8 @@ const AMBIENT_SHARE: f64 = 0.2;
 /// - `irradiance`, `R G B`: what arrives of all lights.
 /// - `depth`, `Z`: distance from the eye in scene units. `normal`, `X Y Z`: unit geometric normal
 ///   towards the eye.
+/// - `samples.<class>`, `Y`: how many samples of the class the pixel got, where
+///   [`Adaptive`](super::Adaptive) sampling chose; 0 where it sees no surface.
 /// - `nodes`, `Y`: tree nodes visited per shadow ray, in counting runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
@@ -63,6 +67,11 @@ impl Film {
     /// All layers.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
+    }
+
+    /// Whether there is a picture for the eye: the layer without a name.
+    pub fn has_picture(&self) -> bool {
+        self.channel("", "A").is_some()
     }
 
     /// The film with one more layer of one channel, `Y`.
@@ -104,11 +113,23 @@ impl Default for PrimarySums {
 }
 
 impl PrimarySums {
-    pub(super) fn add(&mut self, slot: u8, surface: &SurfacePoint) {
-        let slot = usize::from(slot);
-        self.hits[slot] += 1;
-        self.distance[slot] += surface.distance;
-        self.normal[slot] += surface.normal;
+    /// Adds what the pixels in these slots see, as far as the plan has layers of it.
+    pub(super) fn add<'a>(
+        &mut self,
+        plan: &Plan,
+        seen: impl Iterator<Item = (u8, &'a SurfacePoint)>,
+    ) {
+        let [depth, normal] = [Content::Depth, Content::Normal].map(|layer| plan.makes(layer));
+        for (slot, surface) in seen {
+            let slot = usize::from(slot);
+            self.hits[slot] += 1;
+            if depth {
+                self.distance[slot] += surface.distance;
+            }
+            if normal {
+                self.normal[slot] += surface.normal;
+            }
+        }
     }
 }
 
@@ -187,9 +208,9 @@ impl TileSums {
 /// A film under way.
 pub(super) struct FilmBuilder<'a> {
     plan: &'a Plan,
-    counted: bool,
+    plans: Vec<LayerPlan>,
     film: Film,
-    /// Luminance of the irradiance without shadows, each pixel.
+    /// Luminance of the irradiance without shadows, each pixel; empty where there is no picture.
     unshadowed: Vec<f32>,
 }
 
@@ -197,105 +218,113 @@ impl<'a> FilmBuilder<'a> {
     pub(super) fn new(plan: &'a Plan, counted: bool) -> Self {
         let size = plan.grid.size();
         let pixels = size[0] as usize * size[1] as usize;
-        let mut layers = Vec::new();
-        let mut layer = |name: &str, channels: &[&'static str], background: f32| {
-            let channel = |&name| Channel { name, values: vec![background; pixels] };
-            let channels = channels.iter().map(channel).collect();
-            layers.push(Layer { name: name.to_owned(), channels });
-        };
-        layer("", &["R", "G", "B", "A"], 0.0);
-        if plan.has(Pass::Shadow) {
-            layer("shadow", &["Y"], 0.0);
-        }
-        for class in &plan.classes {
-            layer(&class.name, &["Y"], 0.0);
-        }
-        if plan.has(Pass::Shadow) {
-            layer("irradiance", &["R", "G", "B"], 0.0);
-        }
-        layer("depth", &["Z"], f32::INFINITY);
-        layer("normal", &["X", "Y", "Z"], 0.0);
+        let mut plans = plan.choice.layers.clone();
         if counted {
-            layer("nodes", &["Y"], 0.0);
+            let content = Content::Nodes;
+            plans.push(LayerPlan { name: "nodes".into(), content, is_kept: true });
         }
-        Self { plan, counted, film: Film { size, layers }, unshadowed: vec![0.0; pixels] }
+        let layer = |plan: &LayerPlan| {
+            let values = || vec![plan.content.background(); pixels];
+            let channels = plan.content.channels().iter();
+            let channels = channels.map(|&name| Channel { name, values: values() }).collect();
+            Layer { name: plan.name.clone(), channels }
+        };
+        let layers = plans.iter().map(layer).collect();
+        let unshadowed = if plan.makes(Content::Picture) { pixels } else { 0 };
+        Self { plan, plans, film: Film { size, layers }, unshadowed: vec![0.0; unshadowed] }
     }
 
-    /// Sets the pixels of a tile.
-    pub(super) fn set_tile(&mut self, tile: Tile, primary: &PrimarySums, sums: &TileSums) {
+    /// Sets the pixels of tile `tile`.
+    pub(super) fn set_tile(&mut self, tile: usize, primary: &PrimarySums, sums: &TileSums) {
         let width = self.film.size[0] as usize;
-        for (slot, [x, y]) in tile.pixels() {
-            let hits = primary.hits[slot];
-            if hits > 0 {
-                self.set_pixel(y as usize * width + x as usize, slot, primary, sums);
+        for (slot, [x, y]) in self.plan.grid.tile(tile).pixels() {
+            if primary.hits[slot] > 0 {
+                self.set_pixel(y as usize * width + x as usize, [tile, slot], primary, sums);
             }
         }
     }
 
-    fn set_pixel(&mut self, pixel: usize, slot: usize, primary: &PrimarySums, sums: &TileSums) {
+    fn set_pixel(
+        &mut self,
+        pixel: usize,
+        [tile, slot]: [usize; 2],
+        primary: &PrimarySums,
+        sums: &TileSums,
+    ) {
         let hits = f64::from(primary.hits[slot]);
         let share = |lit: f64, all: f64| if all > 0.0 { lit / all } else { 0.0 };
         let (mut irradiance, mut lit_luminance, mut all_luminance) = (DVec3::ZERO, 0.0, 0.0);
-        for (class, sums) in self.plan.classes.iter().zip(&sums.classes) {
+        for (index, (class, sums)) in self.plan.classes.iter().zip(&sums.classes).enumerate() {
             if let RayClass::Shadow { .. } = class.class {
-                let samples = hits * f64::from(class.samples);
+                let samples = hits * f64::from(self.plan.samples(tile, index, slot));
                 irradiance += class.strength.as_dvec3() * (sums.lit[slot] / samples);
                 let luminance = luminance(class.strength);
                 lit_luminance += luminance * (sums.lit[slot] / samples);
                 all_luminance += luminance * (sums.all[slot] / samples);
             }
         }
-        self.unshadowed[pixel] = all_luminance as f32;
-        // In the order of the layers, after the colour of the first: that waits for all pixels.
-        let mut planes = self.film.layers.iter_mut().flat_map(|layer| &mut layer.channels).skip(3);
-        let mut put = |value: f64| {
-            if let Some(channel) = planes.next() {
-                channel.values[pixel] = value as f32;
+        if let Some(unshadowed) = self.unshadowed.get_mut(pixel) {
+            *unshadowed = all_luminance as f32;
+        }
+        for (layer, plan) in self.film.layers.iter_mut().zip(&self.plans) {
+            let mut put = |channel: usize, value: f64| {
+                layer.channels[channel].values[pixel] = value as f32;
+            };
+            match plan.content {
+                // Colour waits for all pixels.
+                Content::Picture => put(3, hits / f64::from(self.plan.settings.camera_samples)),
+                Content::Shadow => put(0, share(lit_luminance, all_luminance)),
+                Content::Class(class) => {
+                    let class = &sums.classes[class];
+                    put(0, share(class.lit[slot], class.all[slot]));
+                }
+                Content::Irradiance => (0..3).for_each(|axis| put(axis, irradiance[axis])),
+                Content::Depth => put(0, primary.distance[slot] / hits),
+                Content::Normal => {
+                    (0..3).for_each(|axis| put(axis, primary.normal[slot][axis] / hits));
+                }
+                Content::Samples(class) => {
+                    put(0, f64::from(self.plan.samples(tile, class, slot)));
+                }
+                Content::Nodes => put(0, share(sums.nodes[slot] as f64, sums.rays[slot] as f64)),
             }
-        };
-        let shadow = self.plan.has(Pass::Shadow);
-        put(hits / f64::from(self.plan.settings.camera_samples));
-        if shadow {
-            put(share(lit_luminance, all_luminance));
-        }
-        for class in &sums.classes {
-            put(share(class.lit[slot], class.all[slot]));
-        }
-        if shadow {
-            irradiance.to_array().into_iter().for_each(&mut put);
-        }
-        put(primary.distance[slot] / hits);
-        (primary.normal[slot] / hits).to_array().into_iter().for_each(&mut put);
-        if self.counted {
-            put(share(sums.nodes[slot] as f64, sums.rays[slot] as f64));
         }
     }
 
-    /// The film with the picture for the eye in its first layer.
+    /// The film with the picture for the eye in its first layer, without what only that needed.
     pub(super) fn finish(self) -> Film {
-        let Self { mut film, unshadowed, .. } = self;
-        let pixels = unshadowed.len();
-        let (first, rest) = film.layers.split_at_mut(1);
-        let [red, green, blue, alpha] = first[0].channels.as_mut_slice() else {
-            unreachable!("the first layer is made with four channels")
-        };
-        let find = |name: &str| rest.iter().find(|layer| layer.name == name);
-        let irradiance = find("irradiance");
-        let ao = find(Pass::AmbientOcclusion.name());
-        let ao = ao.or_else(|| find(Pass::AmbientOcclusionUnbounded.name()));
-        let covered = alpha.values.iter().filter(|&&a| a > 0.0).count().max(1);
-        let mean = unshadowed.iter().map(|&v| f64::from(v)).sum::<f64>() / covered as f64;
-        let ambient = if mean > 0.0 { AMBIENT_SHARE * mean } else { PI };
-        for pixel in 0..pixels {
-            let coverage = f64::from(alpha.values[pixel]);
-            let ambient = ao.map_or(0.0, |ao| ambient * f64::from(ao.channels[0].values[pixel]));
-            for (axis, channel) in [&mut *red, &mut *green, &mut *blue].into_iter().enumerate() {
-                let direct = irradiance.map_or(0.0, |i| f64::from(i.channels[axis].values[pixel]));
-                let radiance = ALBEDO * FRAC_1_PI * (direct + ambient);
-                channel.values[pixel] = (radiance * coverage) as f32;
-            }
+        let Self { plan, plans, mut film, unshadowed } = self;
+        if plan.makes(Content::Picture) {
+            paint(&mut film.layers, &plans, plan, &unshadowed);
         }
+        let mut plans = plans.iter();
+        film.layers.retain(|_| plans.next().is_some_and(|plan| plan.is_kept));
         film
+    }
+}
+
+/// Colours the picture, the first of the layers.
+fn paint(layers: &mut [Layer], plans: &[LayerPlan], plan: &Plan, unshadowed: &[f32]) {
+    let (first, rest) = layers.split_at_mut(1);
+    let [red, green, blue, alpha] = first[0].channels.as_mut_slice() else {
+        unreachable!("the first layer is made with four channels")
+    };
+    let find = |content: Content| {
+        plans.iter().position(|plan| plan.content == content).map(|place| &rest[place - 1])
+    };
+    let irradiance = find(Content::Irradiance);
+    let ao = ambient_of_picture(&plan.classes).and_then(|class| find(Content::Class(class)));
+    let covered = alpha.values.iter().filter(|&&a| a > 0.0).count().max(1);
+    let mean = unshadowed.iter().map(|&v| f64::from(v)).sum::<f64>() / covered as f64;
+    let ambient = if mean > 0.0 { AMBIENT_SHARE * mean } else { PI };
+    for pixel in 0..unshadowed.len() {
+        let coverage = f64::from(alpha.values[pixel]);
+        let ambient = ao.map_or(0.0, |ao| ambient * f64::from(ao.channels[0].values[pixel]));
+        for (axis, channel) in [&mut *red, &mut *green, &mut *blue].into_iter().enumerate() {
+            let direct = irradiance.map_or(0.0, |i| f64::from(i.channels[axis].values[pixel]));
+            let radiance = ALBEDO * FRAC_1_PI * (direct + ambient);
+            channel.values[pixel] = (radiance * coverage) as f32;
+        }
     }
 }
 

@@ -4,8 +4,10 @@
 //! [`render`] makes an image tile by tile; [`record`] keeps the rays so that backends can be
 //! compared on the same ones, and makes the same image from their answers.
 
+mod adaptive;
 pub mod ambient_occlusion;
 mod film;
+mod layers;
 mod light_sampling;
 mod plan;
 mod recording;
@@ -24,6 +26,7 @@ mod training;
 mod walk;
 pub mod warp;
 
+pub use adaptive::Adaptive;
 pub(crate) use film::luminance;
 pub use film::{Channel, Film, Layer};
 pub use light_sampling::LightSampling;
@@ -31,7 +34,7 @@ pub use recording::{RecordedPass, Recording, record};
 pub use sampler::{SAMPLERS, SamplerEntry};
 pub use settings::{Pass, RayClass, RenderSettings};
 pub use skip::{Skip, Skips};
-pub use stats::{ClassStats, RenderStats, Skipped};
+pub use stats::{AdaptiveStats, ClassStats, RenderStats, Skipped};
 pub use streaming::{RenderOptions, Rendering, render};
 pub use surface::SurfacePoint;
 pub use tile::{TILE_PIXELS, TILE_SIZE, Tile, TileGrid, TileOrder};

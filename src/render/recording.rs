@@ -50,7 +50,7 @@ struct BatchSource {
 }
 
 /// Records the shadow rays of `scene`, on the threads of the current rayon pool. `accelerator`
-/// answers camera rays only. Takes 33 to 37 bytes a ray.
+/// answers camera rays, and those of the pilot of adaptive sampling, only. Takes 33 to 37 bytes a ray.
 ///
 /// # Errors
 /// As [`render`](super::render).
@@ -60,11 +60,12 @@ pub fn record(
     settings: &RenderSettings,
     progress: Option<Progress<'_>>,
 ) -> Result<Recording> {
-    let plan = Plan::new(scene, settings)?;
+    let mut plan = Plan::new(scene, settings)?;
     // All rays that matter are for others to answer, whatever this backend's tree could tell of them.
     let skip = Skips::NONE.with(Skip::Weightless).with(Skip::DarkLights);
+    let done = TileCount::new(plan.walks(), progress);
+    plan.adapt(scene, accelerator, Skips::ALL, &done);
     let walk = Walk { scene, accelerator, plan: &plan, skip };
-    let done = TileCount::new(plan.grid.len(), progress);
     let mut passes: Vec<_> =
         Pass::ALL.into_iter().filter(|&pass| plan.has(pass)).map(RecordedPass::new).collect();
     let pass_of: Vec<usize> = plan
@@ -165,7 +166,7 @@ impl Recording {
                     sums.add_visits(batch.slots, batch.counts);
                 }
             }
-            film.set_tile(self.plan.grid.tile(tile), primary, &sums);
+            film.set_tile(tile, primary, &sums);
         }
         film.finish()
     }

@@ -1,6 +1,8 @@
 //! What to render: size, samples, passes.
 
+use super::adaptive::Adaptive;
 use super::light_sampling::LightSampling;
+use super::plan::Plan;
 use super::sampler::SamplerEntry;
 use crate::{Error, Result};
 
@@ -86,7 +88,8 @@ impl RayClass {
 pub struct RenderSettings {
     /// Width and height in pixels, at least 1 each.
     pub size: [u32; 2],
-    /// Shadow rays of each class for one camera sample, at least 1; powers of two are best.
+    /// Shadow rays of each class for one camera sample, at least 1; powers of two are best. On the
+    /// mean where sampling is adaptive.
     pub spp: u32,
     /// Camera rays in a pixel: 1 goes through its centre, more are spread over it.
     pub camera_samples: u32,
@@ -100,6 +103,12 @@ pub struct RenderSettings {
     pub sampler: &'static SamplerEntry,
     /// How points on lights are chosen.
     pub light_sampling: LightSampling,
+    /// Whether pixels get as many samples as they need; else all get `spp`.
+    pub adaptive: Option<Adaptive>,
+    /// Names of the layers to make, `picture` for the one without a name; all if `None`. What no
+    /// such layer needs is not computed, and the others have the same bits. (`nodes` is not
+    /// chosen here: counting runs have it.)
+    pub layers: Option<Vec<String>>,
 }
 
 impl RenderSettings {
@@ -122,6 +131,8 @@ impl RenderSettings {
             passes: vec![Pass::AmbientOcclusion, Pass::Shadow],
             sampler: SamplerEntry::sobol(),
             light_sampling: LightSampling::SolidAngle,
+            adaptive: None,
+            layers: None,
         }
     }
 
@@ -163,13 +174,21 @@ impl RenderSettings {
             let names = Pass::ALL.map(Pass::name).join(", ");
             return refuse(format!("no pass to render: choose from {names}"));
         }
-        Ok(())
+        self.adaptive.map_or(Ok(()), |adaptive| adaptive.check(self))
+    }
+
+    /// Refuses settings that have no image of `scene`: also those that [`check`](Self::check) does.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the value at fault and what is allowed.
+    pub fn check_for(&self, scene: &crate::scene::Scene) -> Result<()> {
+        Plan::new(scene, self).map(drop)
     }
 
     /// The settings as image metadata, names and values.
     pub fn metadata(&self) -> Vec<(String, String)> {
         let passes: Vec<_> = self.passes.iter().map(|pass| pass.name()).collect();
-        [
+        let mut metadata = vec![
             ("sato:seed", self.seed.to_string()),
             ("sato:spp", self.spp.to_string()),
             ("sato:camera-samples", self.camera_samples.to_string()),
@@ -177,9 +196,11 @@ impl RenderSettings {
             ("sato:passes", passes.join(",")),
             ("sato:sampler", self.sampler.name.into()),
             ("sato:light-sampling", self.light_sampling.name().into()),
-        ]
-        .map(|(name, value)| (name.to_owned(), value))
-        .into()
+        ];
+        if let Some(Adaptive { most }) = self.adaptive {
+            metadata.push(("sato:adaptive", most.to_string()));
+        }
+        metadata.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 }
 
@@ -197,6 +218,8 @@ mod tests {
             passes: vec![Pass::AmbientOcclusion],
             sampler: SamplerEntry::sobol(),
             light_sampling: LightSampling::SolidAngle,
+            adaptive: None,
+            layers: None,
         }
     }
 
@@ -204,7 +227,7 @@ mod tests {
     fn settings_without_an_image_are_refused() {
         good().check().unwrap();
         type Spoil = fn(&mut RenderSettings);
-        let cases: [(&str, Spoil); 9] = [
+        let cases: [(&str, Spoil); 14] = [
             ("0 x 480 has no pixels", |s| s.size[0] = 0),
             ("640 x 0 has no pixels", |s| s.size[1] = 0),
             ("too large", |s| s.size = [u32::MAX; 2]),
@@ -214,6 +237,15 @@ mod tests {
             ("too many", |s| (s.spp, s.camera_samples) = (u32::MAX, u32::MAX)),
             ("radius NaN", |s| s.ao_radius = f32::NAN),
             ("no pass", |s| s.passes.clear()),
+            ("1 camera sample, not 2", |s| {
+                (s.adaptive, s.camera_samples) = (Some(Adaptive { most: 64 }), 2);
+            }),
+            ("multiple of 4 samples, not 18", |s| {
+                (s.adaptive, s.spp) = (Some(Adaptive { most: 64 }), 18);
+            }),
+            ("up to 15 samples: 16, the mean", |s| s.adaptive = Some(Adaptive { most: 15 })),
+            ("up to 0 samples", |s| s.adaptive = Some(Adaptive { most: 0 })),
+            ("up to 16777217 samples", |s| s.adaptive = Some(Adaptive { most: (1 << 24) + 1 })),
         ];
         for (message, spoil) in cases {
             let mut settings = good();

@@ -25,7 +25,8 @@ pub struct RenderOptions<'a> {
     pub skip: Skips,
     /// In which order tiles are taken.
     pub order: TileOrder,
-    /// Told after each tile how many are done, and of how many. Called by all threads.
+    /// Told after each tile how many are done, and of how many: each counts twice if there is a
+    /// pilot. Called by all threads.
     pub progress: Option<Progress<'a>>,
 }
 
@@ -50,7 +51,8 @@ pub struct Rendering {
 ///
 /// # Errors
 /// [`Error::Usage`](crate::Error::Usage) if the settings have no image
-/// ([`RenderSettings::check`]), or ask for shadows only and the scene has no light.
+/// ([`RenderSettings::check`]), name a layer that there is not, or ask for shadows only and the scene
+/// has no light.
 pub fn render(
     scene: &Scene,
     accelerator: &dyn Accelerator,
@@ -58,11 +60,13 @@ pub fn render(
     options: &RenderOptions<'_>,
 ) -> Result<Rendering> {
     let start = Instant::now();
-    let plan = Plan::new(scene, settings)?;
+    let mut plan = Plan::new(scene, settings)?;
+    let done = TileCount::new(plan.walks(), options.progress);
+    plan.adapt(scene, accelerator, options.skip, &done);
+    let plan = plan;
     let counted = options.count_visits && can_count(accelerator);
     let walk = Walk { scene, accelerator, plan: &plan, skip: options.skip };
     let shared = Mutex::new((FilmBuilder::new(&plan, counted), Tally::new(&plan)));
-    let done = TileCount::new(plan.grid.len(), options.progress);
     let order = plan.grid.order(options.order);
     order.par_iter().with_max_len(1).for_each_init(Worker::default, |worker, &tile| {
         let tile = tile as usize;
@@ -78,7 +82,7 @@ pub fn render(
         tally.primary_time = walked.primary_time;
         // A panic elsewhere ends the render; what the lock holds is not looked at then.
         let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        shared.0.set_tile(plan.grid.tile(tile), &walked.primary, &sums);
+        shared.0.set_tile(tile, &walked.primary, &sums);
         shared.1.add(&tally);
         drop(shared);
         done.add_one();

@@ -126,16 +126,15 @@ impl Walk<'_> {
             let start = Instant::now();
             self.look(tile, camera_sample, &mut scratch.gaze, &mut scratch.surfaces);
             walk.primary_time += start.elapsed();
-            for visible in &scratch.surfaces {
-                walk.primary.add(visible.slot, &visible.surface);
-            }
+            let seen = scratch.surfaces.iter().map(|visible| (visible.slot, &visible.surface));
+            walk.primary.add(self.plan, seen);
             let bounds = self.accelerator.looks_within();
             let looks = bounds.is_some() && (0..walk.skipped.len()).any(|class| self.looks(class));
             if looks {
                 scratch.groups = groups(scratch.surfaces.iter().map(|visible| &visible.surface));
             }
             for (class, skipped) in walk.skipped.iter_mut().enumerate() {
-                self.sample_class(class, camera_sample, scratch, sink, skipped);
+                self.sample_class([tile, class], camera_sample, scratch, sink, skipped);
             }
             // What is known is added at once, so what comes before it must not wait.
             if looks {
@@ -183,7 +182,7 @@ impl Walk<'_> {
     /// Adds the rays of one class for what one camera sample sees.
     fn sample_class(
         &self,
-        class: usize,
+        [tile, class]: [usize; 2],
         camera_sample: u32,
         scratch: &mut Scratch,
         sink: &mut dyn Sink,
@@ -196,8 +195,9 @@ impl Walk<'_> {
         };
         let mut pixels = Pixels {
             walk: self,
+            tile,
             class,
-            block: [camera_sample, of_class.samples],
+            camera_sample,
             light,
             buffer: &mut scratch.buffers[class],
             samples: &mut scratch.samples,
@@ -266,9 +266,10 @@ const PIXEL_BUDGET: Budget = Budget { nodes: 0, triangles: 8 };
 /// What turns pixels into samples of one class.
 struct Pixels<'a, 'w> {
     walk: &'a Walk<'w>,
+    tile: usize,
     class: usize,
-    /// Which block of each pixel's points, and how many they are.
-    block: [u32; 2],
+    /// Which block of each pixel's points.
+    camera_sample: u32,
     light: Option<&'a Light>,
     buffer: &'a mut RayBuffer,
     samples: &'a mut Samples,
@@ -287,7 +288,7 @@ impl Pixels<'_, '_> {
 
     /// Adds the samples of one pixel, of which that is known.
     fn add(&mut self, visible: &Visible, view: View) {
-        let count = self.block[1];
+        let count = self.walk.plan.samples(self.tile, self.class, usize::from(visible.slot));
         let settings = &self.walk.plan.settings;
         let skip = |skip| self.walk.skip.has(skip);
         let view_of_light = self
@@ -325,7 +326,7 @@ impl Pixels<'_, '_> {
                 self.buffer.flush(self.class, self.sink);
             }
             let Samples { points, directions, of_light } = &mut *self.samples;
-            visible.sampler.fill(dimension, self.block, start..end, points);
+            visible.sampler.fill(dimension, [self.camera_sample, count], start..end, points);
             start = end;
             let before = self.buffer.rays.len();
             let Some(light) = &view_of_light else {
