@@ -104,6 +104,42 @@ fn render_writes_exr_and_png_and_a_report() {
 }
 
 #[test]
+fn render_makes_the_layers_asked_for_and_adapts() {
+    let folder = folder();
+    let render = |arguments: &[&str]| {
+        sato(folder.path())
+            .args(["render", "box.toml", "-o", "x.exr", "--stats", "--json", "x.json"])
+            .args(arguments)
+            .assert()
+            .success()
+            .stderr(is_empty())
+    };
+    let names = || {
+        let file = folder.path().join("x.exr");
+        let image = exr::prelude::read_all_flat_layers_from_file(file).unwrap();
+        let channels = image.layer_data[0].channel_data.list.iter();
+        channels.map(|c| c.name.to_string()).collect::<Vec<_>>()
+    };
+    render(&["--layers", "depth,shadow.lamp"]).stdout(
+        contains("layers left out: picture, shadow, ao,")
+            .and(contains("MB not written"))
+            .and(contains("not traced, as no layer needs it: ao, shadow.sun"))
+            .and(contains("x.png").not()),
+    );
+    assert_eq!(names(), ["depth.Z", "shadow.lamp.Y"]);
+    assert!(!folder.path().join("x.png").exists(), "no PNG without a picture");
+    render(&["--adaptive", "64"]).stdout(contains("adaptive: ").and(contains("pilot: ")));
+    assert!(
+        names().contains(&"samples.ao.Y".into())
+            && names().contains(&"samples.shadow.lamp.Y".into())
+    );
+    let report = json(&folder.path().join("x.json"));
+    assert_eq!(report["adaptive"], 64);
+    let of_class = &report["render"]["classes"][0]["adaptive"];
+    assert!(of_class["samples_mean"].as_f64().unwrap() <= 16.0, "{of_class}");
+}
+
+#[test]
 fn pictures_do_not_depend_on_threads_or_native_backend() {
     let folder = folder();
     let render = |threads: &str, backend: &str| {
@@ -277,6 +313,11 @@ fn usage_errors_exit_with_2_and_name_the_choices() {
         (&["render", "box.toml", "--ao-radius", "nan"], "radius"),
         (&["render", "box.toml", "--passes", "aoo"], "ao-unbounded"),
         (&["render", "box.toml", "--threads", "999999"], "--threads"),
+        (&["render", "box.toml", "--layers", "depth,depht"], "choose from picture, shadow"),
+        (&["render", "box.toml", "--layers", ""], "no layer \"\""),
+        (&["render", "box.toml", "--adaptive", "8"], "16, the mean"),
+        (&["render", "box.toml", "--adaptive", "64", "--spp", "6"], "multiple of 4"),
+        (&["render", "box.toml", "--adaptive", "64", "--camera-samples", "4"], "camera sample"),
         (&["render", "box.toml", "-o", "x.jpg"], ".exr"),
         (&["compare", "box.toml"], "--backend"),
         (&["compare", "box.toml", "--backend", "bvh2", "--rounds", "0"], "--rounds"),

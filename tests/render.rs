@@ -255,6 +255,77 @@ fn layers_say_what_is_documented() {
     assert!(names[1..9].iter().all(|layer| lit(layer)), "every layer has a bright place");
 }
 
+/// Layers alone and in company: the same bits, and no rays but those that they need.
+#[test]
+fn layers_not_asked_for_are_not_made() {
+    let scene = scene();
+    let backend = accelerator(&scene);
+    let run = |passes: &[Pass], layers: Option<&[&str]>| {
+        let layers = layers.map(|names| names.iter().map(|&name| name.into()).collect());
+        let settings = RenderSettings { passes: passes.to_vec(), layers, ..settings() };
+        render(&scene, &*backend, &settings, &RenderOptions::default())
+    };
+    for passes in [&Pass::ALL[..], &[Pass::AmbientOcclusionUnbounded], &[Pass::Shadow]] {
+        let all = run(passes, None).unwrap();
+        assert!(all.stats.layers_left_out.is_empty() && all.stats.bytes_left_out == 0);
+        let called = |name: &str| if name.is_empty() { "picture" } else { name }.to_owned();
+        let names: Vec<_> = all.film.layers().iter().map(|layer| called(&layer.name)).collect();
+        let (alone, pairs) = (names.windows(1), names.windows(2));
+        for asked in alone.chain(pairs).chain([&names[..]]) {
+            let asked: Vec<&str> = asked.iter().map(String::as_str).collect();
+            let some = run(passes, Some(&asked)).unwrap();
+            let (mut kept, mut bytes) = (0, 0);
+            for layer in all.film.layers() {
+                let made = some.film.layers().iter().find(|l| l.name == layer.name);
+                if asked.contains(&called(&layer.name).as_str()) {
+                    let made = made.unwrap_or_else(|| panic!("{} of {asked:?}", layer.name));
+                    let bits = |layer: &sato::render::Layer| {
+                        let values = layer.channels.iter().flat_map(|c| c.values.iter());
+                        values.map(|v| v.to_bits()).collect::<Vec<_>>()
+                    };
+                    assert!(bits(layer) == bits(made), "{} of {asked:?}", layer.name);
+                    kept += 1;
+                } else {
+                    assert!(made.is_none(), "{} though {asked:?}", layer.name);
+                    bytes += layer.channels.iter().map(|c| 4 * c.values.len() as u64).sum::<u64>();
+                    assert!(some.stats.layers_left_out.contains(&called(&layer.name)));
+                }
+            }
+            assert_eq!(some.film.layers().len(), kept);
+            assert_eq!(some.stats.layers_left_out.len(), names.len() - kept);
+            assert_eq!(some.stats.bytes_left_out, bytes);
+            let traced = some.stats.classes.iter().map(|class| &class.name);
+            let mut classes: Vec<_> = traced.chain(&some.stats.classes_left_out).collect();
+            let mut of_all: Vec<_> = all.stats.classes.iter().map(|class| &class.name).collect();
+            classes.sort();
+            of_all.sort();
+            assert_eq!(classes, of_all);
+        }
+    }
+    let traced = |layers: &[&str]| {
+        let stats = run(&Pass::ALL, Some(layers)).unwrap().stats;
+        stats.classes.into_iter().map(|class| class.name).collect::<Vec<_>>()
+    };
+    let lights = ["shadow.key", "shadow.disk", "shadow.bulb", "shadow.sun", "shadow.spark"];
+    assert_eq!(traced(&["depth", "normal"]), [""; 0]);
+    assert_eq!(traced(&["shadow.bulb", "ao-unbounded"]), ["ao-unbounded", "shadow.bulb"]);
+    assert_eq!(traced(&["irradiance"]), lights);
+    assert_eq!(traced(&["shadow"]), lights);
+    assert_eq!(traced(&["picture"]), [&["ao"], &lights[..]].concat());
+    for (asked, message) in [
+        (vec!["depht"], "no layer \"depht\": choose from picture, shadow, ao, ao-unbounded,"),
+        (vec!["depth", ""], "no layer \"\""),
+        (vec!["samples.ao"], "shadow.spark, irradiance, depth, normal"),
+        (vec![], "no layer to make"),
+    ] {
+        let error = run(&Pass::ALL, Some(&asked)).unwrap_err();
+        assert!(matches!(error, Error::Usage(_)));
+        assert!(error.to_string().contains(message), "{error}");
+    }
+    let error = run(&[Pass::AmbientOcclusion], Some(&["irradiance"])).unwrap_err().to_string();
+    assert!(error.contains("choose from picture, ao, depth, normal"), "{error}");
+}
+
 #[test]
 fn samples_that_are_all_the_same_are_traced_once() {
     let scene = scene();

@@ -33,8 +33,8 @@ pub(super) struct Arguments {
     /// shadow.LIGHT, samples.CLASS; what none of them needs is not computed [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     layers: Option<Vec<String>>,
-    /// Give pixels as many samples as they need, at most MOST and --spp on the mean, by a pilot of an
-    /// eighth more; without bias. Adds layers that say how many
+    /// Give pixels as many samples as they need, at most MOST and --spp on the mean, by a pilot of a
+    /// quarter more; without bias. Adds layers that say how many
     #[arg(long, value_name = "MOST")]
     adaptive: Option<u32>,
     /// Count the nodes that shadow rays visit and add them as a layer and a PNG; slower
@@ -225,7 +225,7 @@ fn stats_text(
     if !stats.layers_left_out.is_empty() {
         let _ = writeln!(
             text,
-            "layers not made: {}, {:.1} MB not written",
+            "layers left out: {}; {:.1} MB not written",
             stats.layers_left_out.join(", "),
             stats.bytes_left_out as f64 / 1e6
         );

@@ -7,17 +7,22 @@
 //! follows from all pilots; the estimate is that of the second stage alone. Given the pilots it is
 //! what it would be with so many samples in any case, so it is unbiased, whatever the pilots say.
 //! To add the pilot with weights that know nothing of it would be unbiased too, but the pixels with
-//! most samples would suffer from the few of the pilot; and what shafts show to be known could not
-//! leave the pilot's rays out of the sums.
+//! most samples would suffer from the few of the pilot. (Shares of lights are ratios of two estimates,
+//! so with weights that vary they are off by the order of one over the samples, as without.)
 //!
-//! The uncertainty of a pixel is the variance of one sample relative to what the light brings
-//! without shadows: `p (1 - p) + p v`, `v` being the relative variance of the weights (0 for ambient
-//! occlusion) and `p` the share of rays that nothing stops. That is estimated from the `k` lit ones of
+//! The variance of one sample, relative to what the light brings without shadows, is `p (1 - p) + p v`,
+//! `v` being the relative variance of the weights (0 for ambient occlusion) and `p` the share of rays
+//! that nothing stops. The second part is smooth, which points that are spread well take care of, so
+//! a quarter of it is counted for the uncertainty of a pixel. `p` is estimated from the `k` lit ones of
 //! the `n` pilot samples of the pixel and its neighbours in the tile, as `(k + 2 q) / (n + 2)`, where
 //! `q` is `(K + 1) / (N + 2)` of the whole tile: agreement is never taken for certainty, and less so
 //! in a tile that does not agree.
-//! Samples go by its square root (Neyman, "On the Two Different Aspects of the Representative
-//! Method", 1934), in powers of two times the fewest.
+//!
+//! Where variance falls with the number `n` of samples as `n^-a`, the sum of `s^2 n^-a` over pixels is
+//! least for `n` as `s^(2 / (1 + a))`, which is Neyman's rule ("On the Two Different Aspects of the
+//! Representative Method", 1934) for `a = 1`, independent samples. Here `a = 3/2`, that of
+//! well-spread points where an edge passes (Mitchell, "Consequences of Stratified Sampling in
+//! Graphics", SIGGRAPH 1996). Counts are powers of two times the fewest.
 
 use super::TileCount;
 use super::layers::Choice;
@@ -39,8 +44,8 @@ use std::time::{Duration, Instant};
 /// most, and `spp` on the mean, or fewer where `most` leaves nothing to spend them on.
 ///
 /// The mean is over the pixels that see a surface and that the light can reach, those whose rays
-/// skipping leaves out among them: the picture does not depend on what is skipped. A pilot of an
-/// eighth of `spp`, 4 to 64 samples, comes on top. Lights whose samples are all the same keep
+/// skipping leaves out among them: the picture does not depend on what is skipped. A pilot of a
+/// quarter of `spp`, 4 to 64 samples, comes on top. Lights whose samples are all the same keep
 /// their one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Adaptive {
@@ -78,7 +83,7 @@ impl Adaptive {
 
 /// Samples of the pilot in each pixel.
 fn pilot_samples(spp: u32) -> u32 {
-    (spp / 8).clamp(4, 64).next_power_of_two()
+    (spp / 4).clamp(4, 64).next_power_of_two()
 }
 
 /// How many samples each pixel gets of each class whose samples differ.
@@ -250,14 +255,18 @@ impl Sink for Asking<'_> {
     }
 }
 
+/// How much of the weights' variance counts.
+const WEIGHT_SPREAD: f64 = 0.25;
 /// Code of pixels that see nothing.
 const UNSEEN: u16 = 0;
 /// Code of pixels that no sample of the pilot brings anything.
 const UNREACHED: u16 = 1;
-/// Twice the samples for so much more.
-const CODES_PER_LEVEL: i32 = 256;
+/// Code for four times the uncertainty, less that for once.
+const CODES_PER_FOURFOLD: i32 = 256;
+/// Twice the samples for `2^(1 + 3/2)` times the uncertainty.
+const CODES_PER_LEVEL: i32 = CODES_PER_FOURFOLD * 5 / 4;
 
-/// The logarithm of an uncertainty: four times as much adds [`CODES_PER_LEVEL`]. Straight between
+/// The logarithm of an uncertainty: four times as much adds [`CODES_PER_FOURFOLD`]. Straight between
 /// powers of two, so that it is the same on every machine: at most 3 % of the samples off.
 fn code(uncertainty: f64) -> u16 {
     ((uncertainty as f32).to_bits() >> 16) as u16
@@ -296,8 +305,7 @@ impl PilotSums {
         })
     }
 
-    /// Variance of a sample over the square of what samples bring on the mean without shadows.
-    /// `prior`: share of rays in the tile that nothing stops.
+    /// How uncertain a sample is: see the module. `prior`: share of rays in the tile that nothing stops.
     fn uncertainty(&self, slot: usize, samples: u32, prior: f64) -> f64 {
         let side = TILE_SIZE as usize;
         let around = |at: usize| at.saturating_sub(1)..(at + 2).min(side);
@@ -309,7 +317,7 @@ impl PilotSums {
         let p = (f64::from(lit) + 2.0 * prior) / f64::from(all + 2);
         let mean = self.weight[slot] / f64::from(samples);
         let spread = self.weight_squared[slot] / f64::from(samples) / (mean * mean) - 1.0;
-        p * (1.0 - p) + p * spread.max(0.0)
+        p * (1.0 - p) + WEIGHT_SPREAD * p * spread.max(0.0)
     }
 }
 
@@ -355,5 +363,89 @@ impl Shares {
         }
         let level = (i32::from(code) + self.offset).div_euclid(CODES_PER_LEVEL);
         level.clamp(0, self.top as i32) as u8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLES: u32 = 4;
+    const SEES: [bool; TILE_PIXELS] = [true; TILE_PIXELS];
+
+    /// A tile in which so many samples of each pixel are lit.
+    fn codes(lit: impl Fn(usize) -> u32, tile: u64) -> [u16; TILE_PIXELS] {
+        let mut sums = PilotSums::default();
+        for slot in 0..TILE_PIXELS {
+            (0..SAMPLES).for_each(|sample| sums.add(slot as u8, 0.5, sample < lit(slot)));
+        }
+        sums.codes(&SEES, SAMPLES, (tile, 7))
+    }
+
+    fn levels(codes: &[u16], top: u32) -> Vec<u8> {
+        let shares = Shares::new(codes.iter(), top);
+        codes.iter().map(|&code| shares.level(code)).collect()
+    }
+
+    /// Mean in units of the fewest samples.
+    fn mean(levels: &[u8]) -> f64 {
+        levels.iter().map(|&level| f64::from(1u32 << level)).sum::<f64>() / levels.len() as f64
+    }
+
+    #[test]
+    fn certain_tiles_get_the_fewest_where_others_need_the_rest() {
+        let lit = codes(|_| SAMPLES, 0);
+        let dark = codes(|_| 0, 1);
+        let between = codes(|slot| 1 + slot as u32 % 3, 2);
+        let levels = levels(&[lit, dark, between].concat(), 5);
+        assert_eq!(levels[..2 * TILE_PIXELS], [0; 2 * TILE_PIXELS]);
+        assert!(mean(&levels[2 * TILE_PIXELS..]) > 7.0, "{levels:?}");
+        assert!((3.7..=4.0).contains(&mean(&levels)), "{}", mean(&levels));
+    }
+
+    #[test]
+    fn pixels_that_are_alike_share_the_mean() {
+        for lit in 0..=SAMPLES {
+            let codes: Vec<u16> = (0..64).flat_map(|tile| codes(|_| lit, tile)).collect();
+            let levels = levels(&codes, 5);
+            let mean = mean(&levels);
+            assert!(mean <= 4.0 && mean > if lit % SAMPLES == 0 { 1.0 } else { 3.8 }, "{mean}");
+        }
+    }
+
+    /// Neighbours count, so one lit pixel among dark ones is not taken for certain.
+    #[test]
+    fn agreement_is_not_certainty() {
+        let alone = codes(|slot| if slot == 27 { SAMPLES } else { 0 }, 0);
+        let lit = codes(|_| SAMPLES, 0);
+        assert!(i32::from(alone[27]) > i32::from(lit[27]) + CODES_PER_LEVEL);
+        assert!(i32::from(alone[28]) > i32::from(alone[63]) + CODES_PER_LEVEL);
+        assert!(lit.iter().all(|&code| code > UNREACHED));
+    }
+
+    #[test]
+    fn the_mean_and_the_most_hold() {
+        let between = codes(|slot| slot as u32 % (SAMPLES + 1), 0);
+        for top in 2..6 {
+            let levels = levels(&between, top);
+            assert!(mean(&levels) <= 4.0 && levels.iter().all(|&l| u32::from(l) <= top));
+        }
+        let nothing = PilotSums::default();
+        let dark = nothing.codes(&SEES, SAMPLES, (0, 0));
+        assert_eq!(dark, [UNREACHED; TILE_PIXELS]);
+        assert_eq!(levels(&dark, 5), [0; TILE_PIXELS]);
+        let unseen = nothing.codes(&[false; TILE_PIXELS], SAMPLES, (0, 0));
+        assert_eq!(unseen, [UNSEEN; TILE_PIXELS]);
+    }
+
+    /// The codes follow the logarithm.
+    #[test]
+    fn codes_are_logarithms() {
+        for step in 0..400 {
+            let uncertainty = 1e-5 * 1.05f64.powi(step);
+            let expected = f64::from(code(1.0)) + 128.0 * uncertainty.log2();
+            assert!((f64::from(code(uncertainty)) - expected).abs() <= 12.5, "{uncertainty}");
+            assert_eq!(code(4.0 * uncertainty) - code(uncertainty), CODES_PER_FOURFOLD as u16);
+        }
     }
 }
