@@ -85,8 +85,8 @@ pub(super) struct Gate {
 }
 
 impl Gate {
-    const PATIENCE: u32 = 6;
-    const STRIDE: u32 = 5;
+    const PATIENCE: u32 = 4;
+    const STRIDE: u32 = 8;
 
     pub(super) fn is_open(&mut self) -> bool {
         self.seen += 1;

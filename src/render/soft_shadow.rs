@@ -241,9 +241,9 @@ impl LightView {
                 samples,
                 #[inline(always)]
                 |point| {
-                    let [x, y] = shape.sample(point);
+                    let ([x, y], distance) = shape.sample(point);
                     let target = foot + axes[0] * x + axes[1] * y;
-                    self.segment(target, plane.lift(target), shape.solid_angle())
+                    self.segment(target, plane.lift(target), shape.solid_angle() / distance)
                 },
             ),
             Kind::Parallelogram { corner, edges, area, plane } => {
@@ -280,7 +280,8 @@ impl LightView {
                         let direction = frame.to_world(local);
                         let target = self.origin + direction * (distance * local.z - half_chord);
                         let plane = Plane::new((target - center) / radius, self.origin, &[target]);
-                        self.segment(target, plane.lift(target), TAU * one_minus_cos)
+                        let distance = (target - self.origin).length();
+                        self.segment(target, plane.lift(target), TAU * one_minus_cos / distance)
                     },
                 );
             }
@@ -314,7 +315,8 @@ impl LightView {
                     let to_light = position - self.origin;
                     let offset = offset_distance(reach(position), reach(to_light));
                     let lift = -to_light * (offset / to_light.length()).min(0.5);
-                    self.segment(position, lift, 1.0 / to_light.length_squared())
+                    let distance = to_light.length();
+                    self.segment(position, lift, 1.0 / (distance * distance * distance))
                 },
             ),
         }
@@ -330,18 +332,19 @@ impl LightView {
     #[inline(always)]
     fn by_area(&self, target: DVec3, area: f64, plane: &Plane) -> (DVec3, f32) {
         let squared = (target - self.origin).length_squared();
-        let solid_angle = area * plane.height.max(0.0) / (squared * squared.sqrt());
-        self.segment(target, plane.lift(target), solid_angle)
+        let density = area * plane.height.max(0.0) / (squared * squared);
+        self.segment(target, plane.lift(target), density)
     }
 
     /// Direction and weight of the sample whose ray goes to `target + lift`; `lift` keeps it off
-    /// geometry that touches the light. `solid_angle`: one over the density per solid angle.
+    /// geometry that touches the light. `factor`: one over the density per solid angle and the
+    /// distance of the target.
     #[inline(always)]
-    fn segment(&self, target: DVec3, lift: DVec3, solid_angle: f64) -> (DVec3, f32) {
-        let cosine = self.cosine(target - self.origin);
+    fn segment(&self, target: DVec3, lift: DVec3, factor: f64) -> (DVec3, f32) {
+        let to_target = target - self.origin;
         // To an end between numbers of f32: the difference is rounded, not the end.
-        let direction = target + lift - self.origin;
-        let weight = (cosine * solid_angle) as f32;
+        let direction = to_target + lift;
+        let weight = (self.normal.dot(to_target) * factor) as f32;
         let usable = (self.normal.dot(direction) > 0.0) & (weight > 0.0) & weight.is_finite();
         (direction, if usable { weight } else { 0.0 })
     }
