@@ -29,6 +29,7 @@ pub mod report;
 
 pub mod bench;
 pub mod stress;
+pub mod truth;
 
 pub mod cli;
 
