@@ -313,3 +313,53 @@ fn small_and_edge_on_quads_are_sampled_without_a_seam() {
     }
     assert_eq!(tried, 300);
 }
+
+/// Solid angle of a triangle seen from the origin (Van Oosterom and Strackee, "The Solid Angle of a
+/// Plane Triangle", 1983).
+fn solid_angle(corners: [DVec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(DVec3::normalize);
+    let divisor = 1.0 + a.dot(b) + b.dot(c) + c.dot(a);
+    2.0 * a.dot(b.cross(c)).abs().atan2(divisor)
+}
+
+/// Rectangles of any size and place, most of them long, flat or near.
+#[test]
+fn hostile_rectangles_have_finite_weights_of_the_right_mean() {
+    let mut random = common::random::Random::new(5);
+    let (mut checked, mut small, mut faults) = (0, 0, Vec::new());
+    for case in 0..1500 {
+        let mut log = |low: f32, high: f32| 10f32.powf(low + random.unit() * (high - low));
+        let (width, length, height) = (log(-3.0, 2.0), log(-3.0, 2.0), log(-6.0, 1.0));
+        let mut direction = || (random.point() + glam::Vec3::splat(1e-3)).as_dvec3().normalize();
+        let (normal, axis) = (direction(), direction());
+        let u = axis.cross(normal).normalize();
+        let v = u.cross(normal);
+        let [x, y] = [random.unit(), random.unit()].map(|t| f64::from(t) * 6.0 - 3.0);
+        // In front of it by `height`, over any place in or beside it.
+        let corner =
+            u * x * f64::from(width) + v * y * f64::from(length) - normal * f64::from(height);
+        let shape = LightShape::Quad {
+            corner: corner.as_vec3(),
+            edge_u: (v * f64::from(length)).as_vec3(),
+            edge_v: (u * f64::from(width)).as_vec3(),
+        };
+        let value = mean_weight(shape, &floor(), LightSampling::SolidAngle);
+        mean_weight(shape, &floor(), LightSampling::Area);
+        let LightShape::Quad { corner, edge_u, edge_v } = shape else { unreachable!() };
+        let [a, u, v] = [corner, edge_u, edge_v].map(|v| v.as_dvec3());
+        let angle = solid_angle([a, a + u, a + v]) + solid_angle([a + v, a + u, a + u + v]);
+        let expected = Receiver { at: DVec3::ZERO, normal: DVec3::Z }.irradiance(&shape, &[]);
+        // Smaller ones are sampled by area, and a grid may be too coarse for that.
+        if angle < 2e-5 {
+            small += 1;
+            continue;
+        }
+        let error = (value - expected) / angle;
+        if error.abs() >= 3e-3 {
+            faults.push(format!("case {case}, {shape:?}: {value:e} is not {expected:e} {angle:e}"));
+        }
+        checked += 1;
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+    assert!(checked > 500 && small > 100, "{checked} and {small}");
+}

@@ -116,6 +116,14 @@ enum Kind {
     },
 }
 
+/// How far rays end before the light: as a way off its plane, and as the share of the whole ray that
+/// leads as far from the plane.
+#[derive(Clone, Copy, Debug)]
+struct Lift {
+    away: DVec3,
+    share: f64,
+}
+
 /// The plane of a flat light.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
@@ -275,7 +283,8 @@ impl LightView {
             Kind::Point { position } => each(points, samples, |_| {
                 let to_light = position - self.origin;
                 let offset = offset_distance(reach(position), reach(to_light));
-                let lift = -to_light * (offset / to_light.length()).min(0.5);
+                let share = 1.0 - (offset / to_light.length()).min(0.5);
+                let lift = Lift { away: -to_light * (1.0 - share), share };
                 self.segment(position, lift, 1.0 / to_light.length_squared())
             }),
         }
@@ -295,15 +304,18 @@ impl LightView {
         self.segment(target, plane.lift(target), solid_angle)
     }
 
-    /// Direction and weight of the sample whose ray goes to `target + lift`; `lift` keeps it off
-    /// geometry that touches the light. `solid_angle`: one over the density per solid angle.
+    /// Direction and weight of the sample whose ray goes to `target`, or a little less far: `lift`
+    /// keeps it off geometry that touches the light. `solid_angle`: one over the density per solid
+    /// angle.
     #[inline(always)]
-    fn segment(&self, target: DVec3, lift: DVec3, solid_angle: f64) -> (DVec3, f32) {
-        let cosine = self.cosine(target - self.origin);
+    fn segment(&self, target: DVec3, lift: Lift, solid_angle: f64) -> (DVec3, f32) {
+        let whole = target - self.origin;
         // To an end between numbers of f32: the difference is rounded, not the end.
-        let direction = target + lift - self.origin;
-        let weight = (cosine * solid_angle) as f32;
-        let usable = (self.normal.dot(direction) > 0.0) & (weight > 0.0) & weight.is_finite();
+        let lifted = whole + lift.away;
+        // Right below a large light the lift may lead below the horizon what is above it.
+        let direction = if self.normal.dot(lifted) > 0.0 { lifted } else { whole * lift.share };
+        let weight = (self.cosine(whole) * solid_angle) as f32;
+        let usable = (weight > 0.0) & weight.is_finite();
         (direction, if usable { weight } else { 0.0 })
     }
 }
@@ -338,10 +350,12 @@ impl Plane {
 
     /// From `target` on the light towards the surface point: at most half of the way.
     #[inline(always)]
-    fn lift(&self, target: DVec3) -> DVec3 {
+    fn lift(&self, target: DVec3) -> Lift {
         // A ceiling that the light is set in may be a triangle much larger than the light.
-        let offset = offset_distance(reach(target), 4.0 * self.reach);
-        self.normal * offset.min(0.5 * self.height)
+        let offset = offset_distance(reach(target), 4.0 * self.reach).min(0.5 * self.height);
+        // Not a number where the light is dark anyway.
+        let part = (offset / self.height).min(0.5);
+        Lift { away: self.normal * offset, share: 1.0 - part }
     }
 }
 
