@@ -30,6 +30,7 @@ pub mod report;
 
 pub mod bench;
 pub mod stress;
+pub mod truth;
 
 pub mod cli;
 

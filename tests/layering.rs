@@ -28,6 +28,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("report", 7, &[]),
     ("bench", 8, &[]),
     ("stress", 8, &[]),
+    ("truth", 8, &[]),
     ("cli", 9, &[]),
 ];
 

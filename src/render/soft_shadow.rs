@@ -117,12 +117,21 @@ enum Kind {
     },
 }
 
+/// How far rays end before the light: as a way off its plane, and as the share of the whole ray that
+/// leads as far from the plane.
+#[derive(Clone, Copy, Debug)]
+struct Lift {
+    away: DVec3,
+    share: f64,
+}
+
 /// The plane of a flat light.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: DVec3,
-    /// Height of the surface point above it, positive on the emitting side.
+    /// Height of the surface point above it, positive on the emitting side, and one over it.
     height: f64,
+    inverse_height: f64,
     /// Largest coordinate difference between surface point and light.
     reach: f64,
 }
@@ -313,9 +322,10 @@ impl LightView {
                 #[inline(always)]
                 |_| {
                     let to_light = position - self.origin;
-                    let offset = offset_distance(reach(position), reach(to_light));
-                    let lift = -to_light * (offset / to_light.length()).min(0.5);
                     let distance = to_light.length();
+                    let offset = offset_distance(reach(position), reach(to_light));
+                    let share = 1.0 - (offset / distance).min(0.5);
+                    let lift = Lift { away: -to_light * (1.0 - share), share };
                     self.segment(position, lift, 1.0 / (distance * distance * distance))
                 },
             ),
@@ -336,16 +346,18 @@ impl LightView {
         self.segment(target, plane.lift(target), density)
     }
 
-    /// Direction and weight of the sample whose ray goes to `target + lift`; `lift` keeps it off
-    /// geometry that touches the light. `factor`: one over the density per solid angle and the
-    /// distance of the target.
+    /// Direction and weight of the sample whose ray goes to `target`, or a little less far: `lift`
+    /// keeps it off geometry that touches the light. `factor`: one over the density per solid angle
+    /// and the distance of the target.
     #[inline(always)]
-    fn segment(&self, target: DVec3, lift: DVec3, factor: f64) -> (DVec3, f32) {
-        let to_target = target - self.origin;
+    fn segment(&self, target: DVec3, lift: Lift, factor: f64) -> (DVec3, f32) {
+        let whole = target - self.origin;
         // To an end between numbers of f32: the difference is rounded, not the end.
-        let direction = to_target + lift;
-        let weight = (self.normal.dot(to_target) * factor) as f32;
-        let usable = (self.normal.dot(direction) > 0.0) & (weight > 0.0) & weight.is_finite();
+        let lifted = whole + lift.away;
+        // Right below a large light the lift may lead below the horizon what is above it.
+        let direction = if self.normal.dot(lifted) > 0.0 { lifted } else { whole * lift.share };
+        let weight = (self.normal.dot(whole) * factor) as f32;
+        let usable = (weight > 0.0) & weight.is_finite();
         (direction, if usable { weight } else { 0.0 })
     }
 }
@@ -375,15 +387,18 @@ impl Plane {
     #[inline(always)]
     fn new(normal: DVec3, origin: DVec3, points: &[DVec3]) -> Self {
         let reach = points.iter().map(|&p| reach(p - origin)).fold(0.0, f64::max);
-        Self { normal, height: normal.dot(origin - points[0]), reach }
+        let height = normal.dot(origin - points[0]);
+        Self { normal, height, inverse_height: 1.0 / height, reach }
     }
 
     /// From `target` on the light towards the surface point: at most half of the way.
     #[inline(always)]
-    fn lift(&self, target: DVec3) -> DVec3 {
+    fn lift(&self, target: DVec3) -> Lift {
         // A ceiling that the light is set in may be a triangle much larger than the light.
-        let offset = offset_distance(reach(target), 4.0 * self.reach);
-        self.normal * offset.min(0.5 * self.height)
+        let offset = offset_distance(reach(target), 4.0 * self.reach).min(0.5 * self.height);
+        // Not a number where the light is dark anyway.
+        let part = (offset * self.inverse_height).min(0.5);
+        Lift { away: self.normal * offset, share: 1.0 - part }
     }
 }
 
