@@ -27,6 +27,8 @@ pub mod chart;
 pub mod image_file;
 pub mod report;
 
+pub mod results;
+
 pub mod bench;
 pub mod stress;
 
