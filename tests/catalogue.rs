@@ -26,6 +26,10 @@ fn names_are_unique_and_documented() {
     check_names("experiment", sato::bench::EXPERIMENTS.iter().map(|e| (e.name, e.about)));
     check_names("generator", sato::scene::generate::GENERATORS.iter().map(|e| (e.name, e.about)));
     check_names("case", sato::stress::CASES.iter().map(|c| (c.name, c.about)));
+    check_names("sampler", sato::render::SAMPLERS.iter().map(|s| (s.name, s.about)));
+    let ways = sato::render::LightSampling::ALL;
+    check_names("light sampling", ways.iter().map(|w| (w.name(), w.about())));
+    check_names("skip", sato::render::Skip::ALL.iter().map(|s| (s.name(), s.about())));
     for backend in BACKENDS {
         check_names(
             "key",
@@ -50,6 +54,7 @@ fn every_file_with_an_entry_is_listed() {
         ("scene/generate", "scene/generate/mod.rs"),
         ("bench", "bench/mod.rs"),
         ("stress/cases", "stress/cases/mod.rs"),
+        ("render/sampler", "render/sampler/mod.rs"),
     ] {
         let list = fs::read_to_string(source.join(catalogue)).unwrap();
         for file in fs::read_dir(source.join(folder)).unwrap() {

@@ -7,9 +7,9 @@ use glam::{DVec3, Vec3};
 use sato::backend::Accelerator;
 use sato::geometry::TriangleMesh;
 use sato::ray::{Ray, RayBatch};
-use sato::render::sampling::{Dimension, PixelSampler};
+use sato::render::sampler::{Dimension, PixelSampler};
 use sato::render::soft_shadow::LightView;
-use sato::render::{SurfacePoint, ambient_occlusion};
+use sato::render::{LightSampling, SamplerEntry, SurfacePoint, ambient_occlusion};
 use sato::scene::{Light, LightShape};
 use std::f64::consts::PI;
 
@@ -48,14 +48,16 @@ fn wall(x: f32, height: f32) -> [Vec3; 4] {
 fn assert_close(
     name: &str,
     expected: f64,
-    sample: impl Fn(&PixelSampler, u32) -> (Ray, f64),
+    dimension: Dimension,
+    sample: impl Fn([f32; 2]) -> (Ray, f64),
     accelerator: &dyn Accelerator,
 ) {
     let pixels: Vec<f64> = (0..PIXELS)
         .map(|pixel| {
-            let sampler = PixelSampler::new(11, pixel, 0);
+            let sampler = PixelSampler::new(SamplerEntry::sobol(), 11, pixel, 0);
+            let points = sampler.points(dimension, SAMPLES);
             let (rays, weights): (Vec<Ray>, Vec<f64>) =
-                (0..SAMPLES).map(|i| sample(&sampler, i)).unzip();
+                (0..points.len()).map(|i| sample(points.get(i))).unzip();
             let mut words = vec![0; SAMPLES as usize / 64];
             accelerator.occluded(&RayBatch { rays: &rays }, &mut words);
             let lit = |(i, w): (usize, &f64)| if sato::ray::bit(&words, i) { 0.0 } else { *w };
@@ -82,10 +84,8 @@ fn assert_visibility(
     accelerator: &dyn Accelerator,
 ) {
     let dimension = Dimension::AmbientOcclusion;
-    let sample = |sampler: &PixelSampler, i| {
-        (ambient_occlusion::ray(&at, sampler.sample_2d(dimension, i), radius), 1.0)
-    };
-    assert_close(name, expected, sample, accelerator);
+    let sample = |point| (ambient_occlusion::ray(&at, point, radius), 1.0);
+    assert_close(name, expected, dimension, sample, accelerator);
 }
 
 fn assert_irradiance(
@@ -96,12 +96,15 @@ fn assert_irradiance(
     accelerator: &dyn Accelerator,
 ) {
     let light = Light { name: "light".into(), shape, strength: Vec3::ONE };
-    let view = LightView::new(&light, &at);
-    let sample = |sampler: &PixelSampler, i| {
-        let sample = view.sample(sampler.sample_2d(Dimension::Light(0), i));
-        (sample.ray, f64::from(sample.weight))
-    };
-    assert_close(name, expected, sample, accelerator);
+    for sampling in LightSampling::ALL {
+        let view = LightView::new(&light, &at, sampling);
+        let sample = |point| {
+            let sample = view.sample(point);
+            (sample.ray, f64::from(sample.weight))
+        };
+        let name = format!("{name}, {}", sampling.name());
+        assert_close(&name, expected, Dimension::Light(0), sample, accelerator);
+    }
 }
 
 #[test]
@@ -203,8 +206,10 @@ fn irradiance_of_polygons() {
 
 fn mean_weight(shape: LightShape, at: SurfacePoint) -> f64 {
     let light = Light { name: "light".into(), shape, strength: Vec3::ONE };
-    let (view, sampler) = (LightView::new(&light, &at), PixelSampler::new(1, 0, 0));
-    let weight = |i| f64::from(view.sample(sampler.sample_2d(Dimension::Light(0), i)).weight);
+    let view = LightView::new(&light, &at, LightSampling::SolidAngle);
+    let sampler = PixelSampler::new(SamplerEntry::sobol(), 1, 0, 0);
+    let points = sampler.points(Dimension::Light(0), 4096);
+    let weight = |i| f64::from(view.sample(points.get(i)).weight);
     (0..4096).map(weight).sum::<f64>() / 4096.0
 }
 
@@ -274,10 +279,11 @@ fn rays_end_before_geometry_that_touches_the_light() {
                 let surface = SurfacePoint::new(&triangle, &view);
                 for shape in lights {
                     let light = Light { name: "light".into(), shape, strength: Vec3::ONE };
-                    let view = LightView::new(&light, &surface);
-                    let sampler = PixelSampler::new(5, 0, 0);
+                    let view = LightView::new(&light, &surface, LightSampling::SolidAngle);
+                    let sampler = PixelSampler::new(SamplerEntry::sobol(), 5, 0, 0);
+                    let points = sampler.points(Dimension::Light(0), 256);
                     let rays: Vec<Ray> = (0..256)
-                        .map(|i| view.sample(sampler.sample_2d(Dimension::Light(0), i)))
+                        .map(|i| view.sample(points.get(i)))
                         .filter(|sample| sample.weight > 0.0)
                         .map(|sample| sample.ray)
                         .collect();

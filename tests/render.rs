@@ -11,7 +11,8 @@ use sato::geometry::TriangleMesh;
 use sato::image_file::{tone_map, write_exr, write_png};
 use sato::measure;
 use sato::render::{
-    Film, Pass, RayClass, RenderOptions, RenderSettings, TileOrder, record, render,
+    Film, LightSampling, Pass, RayClass, RenderOptions, RenderSettings, SamplerEntry, Skips,
+    TileOrder, record, render,
 };
 use sato::scene::{Camera, Light, LightShape, Scene};
 use std::sync::Mutex;
@@ -78,6 +79,8 @@ fn settings() -> RenderSettings {
         seed: 42,
         ao_radius: 1.0,
         passes: Pass::ALL.to_vec(),
+        sampler: SamplerEntry::sobol(),
+        light_sampling: LightSampling::SolidAngle,
     }
 }
 
@@ -134,7 +137,7 @@ fn left_out_rays_change_nothing() {
         let options = RenderOptions { skip, ..RenderOptions::default() };
         render(&scene, &*backend, &settings(), &options).unwrap()
     };
-    let (with, without) = (run(true), run(false));
+    let (with, without) = (run(Skips::ALL), run(Skips::NONE));
     assert_same(&with.film, &without.film);
     for (with, without) in with.stats.classes.iter().zip(&without.stats.classes) {
         assert_eq!(with.rays + with.rays_skipped, without.rays, "{}", with.name);

@@ -4,6 +4,7 @@ use super::print;
 use crate::Result;
 use crate::backend::catalogue::BACKENDS;
 use crate::bench::EXPERIMENTS;
+use crate::render::{LightSampling, SAMPLERS, Skip};
 use crate::scene::FORMATS;
 use crate::scene::generate::GENERATORS;
 use crate::stress::CASES;
@@ -31,6 +32,18 @@ pub(super) fn run() -> Result<()> {
     text.push('\n');
     for generator in GENERATORS {
         let _ = writeln!(text, "  {:<15} {}", generator.name, generator.about);
+    }
+    text.push_str("\nSamplers: --sampler NAME\n\n");
+    for sampler in SAMPLERS {
+        let _ = writeln!(text, "  {:<15} {}", sampler.name, sampler.about);
+    }
+    text.push_str("\nPoints on lights: --light-sampling NAME\n\n");
+    for way in LightSampling::ALL {
+        let _ = writeln!(text, "  {:<15} {}", way.name(), way.about());
+    }
+    text.push_str("\nLeft out where the picture is the same without it: --skip NAME,...\n\n");
+    for skip in Skip::ALL {
+        let _ = writeln!(text, "  {:<15} {}", skip.name(), skip.about());
     }
     text.push_str("\nExperiments: sato bench EXPERIMENT\n\n");
     for experiment in EXPERIMENTS {

@@ -5,7 +5,7 @@ use crate::backend::BackendSpec;
 use crate::lab::Lab;
 use crate::measure::{Judgement, Outcome, judge};
 use crate::ray_set::RaySet;
-use crate::render::{Pass, RenderSettings};
+use crate::render::{LightSampling, Pass, RenderSettings, SamplerEntry, Skips};
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
 use clap::Args;
@@ -59,6 +59,12 @@ pub(super) struct Picture {
     /// Length of finite ambient-occlusion rays, in scene units [default: the scene's]
     #[arg(long, value_name = "LENGTH")]
     pub ao_radius: Option<f32>,
+    /// Where samples come from: see `sato list`
+    #[arg(long, value_name = "NAME", default_value = "sobol", value_parser = parse_sampler)]
+    pub sampler: &'static SamplerEntry,
+    /// How points on lights are chosen (solid-angle, area)
+    #[arg(long, value_name = "NAME", default_value = "solid-angle", value_parser = parse_light_sampling)]
+    pub light_sampling: LightSampling,
 }
 
 impl Picture {
@@ -77,6 +83,8 @@ impl Picture {
             seed,
             ao_radius: self.ao_radius.unwrap_or(scene.defaults.ao_radius),
             passes,
+            sampler: self.sampler,
+            light_sampling: self.light_sampling,
         };
         settings.check()?;
         Ok(settings)
@@ -138,4 +146,19 @@ pub(super) fn parse_backend(text: &str) -> std::result::Result<BackendSpec, Stri
 /// Parses a pass; for clap.
 pub(super) fn parse_pass(text: &str) -> std::result::Result<Pass, String> {
     text.parse::<Pass>().map_err(|e| e.to_string())
+}
+
+/// Parses a sampler; for clap.
+pub(super) fn parse_sampler(text: &str) -> std::result::Result<&'static SamplerEntry, String> {
+    SamplerEntry::find(text).map_err(|e| e.to_string())
+}
+
+/// Parses a way to sample lights; for clap.
+pub(super) fn parse_light_sampling(text: &str) -> std::result::Result<LightSampling, String> {
+    text.parse::<LightSampling>().map_err(|e| e.to_string())
+}
+
+/// Parses what to leave out; for clap.
+pub(super) fn parse_skips(text: &str) -> std::result::Result<Skips, String> {
+    text.parse::<Skips>().map_err(|e| e.to_string())
 }

@@ -1,11 +1,11 @@
 //! `sato render`: one picture.
 
-use super::options::{Picture, Run, load_scene, parse_backend, parse_pass, passes};
+use super::options::{Picture, Run, load_scene, parse_backend, parse_pass, parse_skips, passes};
 use super::{print, progress};
 use crate::backend::{BackendSpec, BuildStats};
 use crate::image_file::{self, heat_map, tone_map};
 use crate::lab::Lab;
-use crate::render::{Pass, RenderOptions, RenderSettings, RenderStats, render};
+use crate::render::{Pass, RenderOptions, RenderSettings, RenderStats, Skips, render};
 use crate::report::{Provenance, SceneReport, write_json};
 use crate::{Error, Result};
 use clap::Args;
@@ -32,6 +32,10 @@ pub(super) struct Arguments {
     /// Count the nodes that shadow rays visit and add them as a layer and a PNG; slower
     #[arg(long)]
     heat_map: bool,
+    /// What to leave out where the picture is the same without it: all, none, or names with commas
+    /// between (see `sato list`)
+    #[arg(long, value_name = "WHAT", default_value = "all", value_parser = parse_skips)]
+    skip: Skips,
     /// Print rays traced and skipped, and time spent
     #[arg(long)]
     stats: bool,
@@ -53,6 +57,9 @@ struct RenderReport<'a> {
     spp: u32,
     camera_samples: u32,
     ao_radius: f32,
+    sampler: &'static str,
+    light_sampling: &'static str,
+    skip: String,
     render: &'a RenderStats,
     files: Vec<String>,
 }
@@ -78,6 +85,7 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
     };
     let options = RenderOptions {
         count_visits: arguments.heat_map,
+        skip: arguments.skip,
         progress: Some(&progress),
         ..RenderOptions::default()
     };
@@ -112,6 +120,9 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
             spp: settings.spp,
             camera_samples: settings.camera_samples,
             ao_radius: settings.ao_radius,
+            sampler: settings.sampler.name,
+            light_sampling: settings.light_sampling.name(),
+            skip: arguments.skip.to_string(),
             render: &rendering.stats,
             files: files.clone(),
         };

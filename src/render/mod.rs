@@ -6,10 +6,12 @@
 
 pub mod ambient_occlusion;
 mod film;
+mod light_sampling;
 mod plan;
 mod recording;
-pub mod sampling;
+pub mod sampler;
 mod settings;
+mod skip;
 pub mod soft_shadow;
 mod spherical_rectangle;
 mod stats;
@@ -22,8 +24,11 @@ pub mod warp;
 
 pub(crate) use film::luminance;
 pub use film::{Channel, Film, Layer};
+pub use light_sampling::LightSampling;
 pub use recording::{RecordedPass, Recording, record};
+pub use sampler::{SAMPLERS, SamplerEntry};
 pub use settings::{Pass, RayClass, RenderSettings};
+pub use skip::{Skip, Skips};
 pub use stats::{ClassStats, RenderStats};
 pub use streaming::{RenderOptions, Rendering, render};
 pub use surface::SurfacePoint;

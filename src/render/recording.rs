@@ -3,6 +3,7 @@
 use super::film::{Film, FilmBuilder, PrimarySums, TileSums};
 use super::plan::Plan;
 use super::settings::{Pass, RayClass, RenderSettings};
+use super::skip::Skips;
 use super::tile::Tile;
 use super::walk::{RayBuffer, Scratch, Walk};
 use super::{Progress, TileCount};
@@ -60,7 +61,7 @@ pub fn record(
     progress: Option<Progress<'_>>,
 ) -> Result<Recording> {
     let plan = Plan::new(scene, settings)?;
-    let walk = Walk { scene, accelerator, plan: &plan, skip: true };
+    let walk = Walk { scene, accelerator, plan: &plan, skip: Skips::ALL };
     let done = TileCount::new(plan.grid.len(), progress);
     let mut passes: Vec<_> =
         Pass::ALL.into_iter().filter(|&pass| plan.has(pass)).map(RecordedPass::new).collect();

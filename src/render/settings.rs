@@ -1,5 +1,7 @@
 //! What to render: size, samples, passes.
 
+use super::light_sampling::LightSampling;
+use super::sampler::SamplerEntry;
 use crate::{Error, Result};
 
 /// A kind of shadow rays that can be asked for.
@@ -94,6 +96,10 @@ pub struct RenderSettings {
     pub ao_radius: f32,
     /// Which rays to trace; at least one, in any order.
     pub passes: Vec<Pass>,
+    /// Where samples come from.
+    pub sampler: &'static SamplerEntry,
+    /// How points on lights are chosen.
+    pub light_sampling: LightSampling,
 }
 
 impl RenderSettings {
@@ -114,6 +120,8 @@ impl RenderSettings {
             seed: 0,
             ao_radius: scene.defaults.ao_radius,
             passes: vec![Pass::AmbientOcclusion, Pass::Shadow],
+            sampler: SamplerEntry::sobol(),
+            light_sampling: LightSampling::SolidAngle,
         }
     }
 
@@ -167,6 +175,8 @@ impl RenderSettings {
             ("sato:camera-samples", self.camera_samples.to_string()),
             ("sato:ao-radius", self.ao_radius.to_string()),
             ("sato:passes", passes.join(",")),
+            ("sato:sampler", self.sampler.name.into()),
+            ("sato:light-sampling", self.light_sampling.name().into()),
         ]
         .map(|(name, value)| (name.to_owned(), value))
         .into()
@@ -185,6 +195,8 @@ mod tests {
             seed: 0,
             ao_radius: 1.0,
             passes: vec![Pass::AmbientOcclusion],
+            sampler: SamplerEntry::sobol(),
+            light_sampling: LightSampling::SolidAngle,
         }
     }
 

@@ -2,14 +2,17 @@
 //! were in the way.
 //!
 //! Quads with right angles are sampled uniformly in solid angle, as are spheres (in the cone in
-//! which they are seen) and directional lights; other quads and disks uniformly in area.
+//! which they are seen) and directional lights; other quads and disks uniformly in area, and all but
+//! directional lights if [`LightSampling::Area`] is asked for.
 
+use super::light_sampling::LightSampling;
+use super::sampler::Points;
 use super::spherical_rectangle::SphericalRectangle;
 use super::surface::{SurfacePoint, offset_distance};
-use super::warp;
+use super::warp::{self, Frame};
 use crate::ray::Ray;
 use crate::scene::{Light, LightShape};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// What one sample of a light brings to a surface point.
@@ -20,6 +23,33 @@ pub struct LightSample {
     /// Irradiance that arrives if nothing is in the way, over the light's strength: cosines over
     /// density. 0 where the sample is below the surface's horizon or on the light's dark side.
     pub weight: f32,
+}
+
+/// What many samples of a light bring, number by number, as [`LightSample`] says.
+#[derive(Clone, Debug, Default)]
+pub struct LightSamples {
+    directions: [Vec<f32>; 3],
+    weights: Vec<f32>,
+}
+
+impl LightSamples {
+    /// Weight of each sample, and of what lies behind them: see [`Points`].
+    #[inline]
+    pub fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
+    /// Direction of sample `index`.
+    #[inline]
+    pub fn direction(&self, index: usize) -> Vec3 {
+        let [x, y, z] = &self.directions;
+        Vec3::new(x[index], y[index], z[index])
+    }
+
+    fn resize(&mut self, len: usize) {
+        self.directions.iter_mut().for_each(|d| d.resize(len, 0.0));
+        self.weights.resize(len, 0.0);
+    }
 }
 
 /// Whether every sample of the light is the same, so that one is enough.
@@ -36,7 +66,9 @@ pub fn is_delta(shape: &LightShape) -> bool {
 pub struct LightView {
     kind: Kind,
     origin: DVec3,
-    ray_origin: glam::Vec3,
+    ray_origin: Vec3,
+    /// End of the rays: 1 where they go to a point.
+    t_max: f32,
     normal: DVec3,
     dark: bool,
 }
@@ -60,17 +92,22 @@ enum Kind {
     Disk {
         center: DVec3,
         radius: f64,
+        frame: Frame,
         plane: Plane,
     },
     Sphere {
         center: DVec3,
         radius: f64,
-        axis: DVec3,
+        frame: Frame,
         distance: f64,
         one_minus_cos: f64,
     },
+    SphereSurface {
+        center: DVec3,
+        radius: f64,
+    },
     Directional {
-        axis: DVec3,
+        frame: Frame,
         one_minus_cos: f64,
         factor: f64,
     },
@@ -91,7 +128,8 @@ struct Plane {
 
 impl LightView {
     /// The light as seen from `surface`.
-    pub fn new(light: &Light, surface: &SurfacePoint) -> Self {
+    pub fn new(light: &Light, surface: &SurfacePoint, sampling: LightSampling) -> Self {
+        let by_area = sampling == LightSampling::Area;
         // From where the rays really start: what is weighed is what is traced.
         let origin = surface.origin.as_dvec3();
         let normal = surface.normal;
@@ -109,17 +147,18 @@ impl LightView {
                 let corners = [corner, corner + u, corner + v, corner + u + v];
                 let plane = Plane::new(u.cross(v).normalize_or_zero(), origin, &corners);
                 let dark = plane.height <= 0.0 || below(&corners, 0.0);
-                let kind = rectangle(origin, corner, edges, plane).unwrap_or_else(|| {
-                    Kind::Parallelogram { corner, edges, area: u.cross(v).length(), plane }
-                });
-                (kind, dark)
+                let by_angle = if by_area { None } else { rectangle(origin, corner, edges, plane) };
+                let area = u.cross(v).length();
+                let parallelogram = Kind::Parallelogram { corner, edges, area, plane };
+                (by_angle.unwrap_or(parallelogram), dark)
             }
             LightShape::Disk { center, normal, radius } => {
                 let (center, radius) = (center.as_dvec3(), f64::from(radius));
                 let mut plane = Plane::new(normal.as_dvec3().normalize(), origin, &[center]);
                 plane.reach += radius;
                 let dark = plane.height <= 0.0 || below(&[center], radius);
-                (Kind::Disk { center, radius, plane }, dark)
+                let frame = Frame::new(plane.normal);
+                (Kind::Disk { center, radius, frame, plane }, dark)
             }
             LightShape::Sphere { center, radius } => {
                 let (center, radius) = (center.as_dvec3(), f64::from(radius));
@@ -128,10 +167,12 @@ impl LightView {
                 let sin_squared = (radius / distance).powi(2);
                 let kind = if distance <= radius {
                     Kind::Nothing
+                } else if by_area {
+                    Kind::SphereSurface { center, radius }
                 } else {
                     let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
-                    let axis = to_center / distance;
-                    Kind::Sphere { center, radius, axis, distance, one_minus_cos }
+                    let frame = Frame::new(to_center / distance);
+                    Kind::Sphere { center, radius, frame, distance, one_minus_cos }
                 };
                 (kind, dark)
             }
@@ -143,14 +184,18 @@ impl LightView {
                 // projected solid angle, pi sin^2. Solid angle over that is this factor.
                 let factor = 2.0 / (1.0 + half.cos());
                 let dark = axis.dot(normal) < -half.sin() - 1e-9;
-                (Kind::Directional { axis, one_minus_cos, factor }, dark)
+                (Kind::Directional { frame: Frame::new(axis), one_minus_cos, factor }, dark)
             }
             LightShape::Point { position } => {
                 let position = position.as_dvec3();
                 (Kind::Point { position }, below(&[position], 0.0))
             }
         };
-        Self { kind, origin, ray_origin: surface.origin, normal, dark }
+        let t_max = match kind {
+            Kind::Directional { .. } => f32::INFINITY,
+            _ => 1.0,
+        };
+        Self { kind, origin, ray_origin: surface.origin, t_max, normal, dark }
     }
 
     /// Whether all samples have weight 0, as far as can be seen without drawing any.
@@ -159,87 +204,140 @@ impl LightView {
     }
 
     /// The sample of a point of the unit square.
-    pub fn sample(&self, point: [f64; 2]) -> LightSample {
+    pub fn sample(&self, point: [f32; 2]) -> LightSample {
+        let mut samples = LightSamples::default();
+        self.sample_all(&Points::of(&[point]), &mut samples);
+        LightSample { ray: self.ray(samples.direction(0)), weight: samples.weights[0] }
+    }
+
+    /// The ray of a sample with this direction.
+    #[inline]
+    pub fn ray(&self, direction: Vec3) -> Ray {
+        Ray::new(self.ray_origin, direction, self.t_max)
+    }
+
+    /// The samples of all points, and of what lies behind them.
+    pub fn sample_all(&self, points: &Points, samples: &mut LightSamples) {
+        samples.resize(points.coordinates().0.len());
+        // Compiled for the best vectors that the processor has, without unsafe code: plain loops,
+        // whose bits do not depend on that.
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.sample_each(points, samples),
+        );
+    }
+
+    #[inline(always)]
+    fn sample_each(&self, points: &Points, samples: &mut LightSamples) {
+        let nothing = (DVec3::ZERO, 0.0);
         match self.kind {
-            Kind::Nothing => self.segment(DVec3::ZERO, DVec3::ZERO, 0.0),
-            Kind::Rectangle { shape, foot, axes, plane } => {
+            Kind::Nothing => each(points, samples, |_| nothing),
+            Kind::Rectangle { shape, foot, axes, plane } => each(points, samples, |point| {
                 let [x, y] = shape.sample(point);
                 let target = foot + axes[0] * x + axes[1] * y;
                 self.segment(target, plane.lift(target), shape.solid_angle())
-            }
+            }),
             Kind::Parallelogram { corner, edges, area, plane } => {
-                let target = corner + edges[0] * point[0] + edges[1] * point[1];
-                self.by_area(target, area, &plane)
+                each(points, samples, |point| {
+                    let target = corner + edges[0] * point[0] + edges[1] * point[1];
+                    self.by_area(target, area, &plane)
+                });
             }
-            Kind::Disk { center, radius, plane } => {
+            Kind::Disk { center, radius, frame, plane } => each(points, samples, |point| {
                 let p = warp::concentric_disk(point) * radius;
-                let target = center + warp::to_world(p.extend(0.0), plane.normal);
+                let target = center + frame.to_world(p.extend(0.0));
                 self.by_area(target, PI * radius * radius, &plane)
+            }),
+            Kind::Sphere { center, radius, frame, distance, one_minus_cos } => {
+                each(points, samples, |point| {
+                    let local = warp::uniform_cone(point, one_minus_cos);
+                    let sin_squared = local.x * local.x + local.y * local.y;
+                    let half_chord =
+                        (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                    let direction = frame.to_world(local);
+                    let target = self.origin + direction * (distance * local.z - half_chord);
+                    let plane = Plane::new((target - center) / radius, self.origin, &[target]);
+                    self.segment(target, plane.lift(target), TAU * one_minus_cos)
+                });
             }
-            Kind::Sphere { center, radius, axis, distance, one_minus_cos } => {
-                let local = warp::uniform_cone(point, one_minus_cos);
-                let sin_squared = local.x * local.x + local.y * local.y;
-                let half_chord = (radius * radius - distance * distance * sin_squared).max(0.0);
-                let direction = warp::to_world(local, axis);
-                let target = self.origin + direction * (distance * local.z - half_chord.sqrt());
-                let plane = Plane::new((target - center) / radius, self.origin, &[target]);
-                self.segment(target, plane.lift(target), TAU * one_minus_cos)
+            Kind::SphereSurface { center, radius } => each(points, samples, |point| {
+                let normal = warp::uniform_sphere(point);
+                let target = center + normal * radius;
+                let plane = Plane::new(normal, self.origin, &[target]);
+                self.by_area(target, 2.0 * TAU * radius * radius, &plane)
+            }),
+            Kind::Directional { frame, one_minus_cos, factor } => {
+                each(points, samples, |point| {
+                    let direction = frame.to_world(warp::uniform_cone(point, one_minus_cos));
+                    (direction, self.cosine(direction).max(0.0) as f32 * factor as f32)
+                });
             }
-            Kind::Directional { axis, one_minus_cos, factor } => {
-                let direction = warp::to_world(warp::uniform_cone(point, one_minus_cos), axis);
-                let ray = Ray::new(self.ray_origin, direction.as_vec3(), f32::INFINITY);
-                LightSample { ray, weight: self.cosine(direction).max(0.0) as f32 * factor as f32 }
-            }
-            Kind::Point { position } => {
+            Kind::Point { position } => each(points, samples, |_| {
                 let to_light = position - self.origin;
                 let offset = offset_distance(reach(position), reach(to_light));
                 let lift = -to_light * (offset / to_light.length()).min(0.5);
                 self.segment(position, lift, 1.0 / to_light.length_squared())
-            }
+            }),
         }
     }
 
     /// Cosine to the normal of a direction of any length.
+    #[inline(always)]
     fn cosine(&self, direction: DVec3) -> f64 {
         self.normal.dot(direction) / direction.length()
     }
 
     /// A sample whose density is uniform over a flat light.
-    fn by_area(&self, target: DVec3, area: f64, plane: &Plane) -> LightSample {
+    #[inline(always)]
+    fn by_area(&self, target: DVec3, area: f64, plane: &Plane) -> (DVec3, f32) {
         let squared = (target - self.origin).length_squared();
         let solid_angle = area * plane.height.max(0.0) / (squared * squared.sqrt());
         self.segment(target, plane.lift(target), solid_angle)
     }
 
-    /// The sample whose ray goes to `target + lift`; `lift` keeps it off geometry that touches the
-    /// light. `solid_angle`: one over the density per solid angle.
-    fn segment(&self, target: DVec3, lift: DVec3, solid_angle: f64) -> LightSample {
+    /// Direction and weight of the sample whose ray goes to `target + lift`; `lift` keeps it off
+    /// geometry that touches the light. `solid_angle`: one over the density per solid angle.
+    #[inline(always)]
+    fn segment(&self, target: DVec3, lift: DVec3, solid_angle: f64) -> (DVec3, f32) {
         let cosine = self.cosine(target - self.origin);
         // To an end between numbers of f32: the difference is rounded, not the end.
         let direction = target + lift - self.origin;
         let weight = (cosine * solid_angle) as f32;
-        let leaves = self.normal.dot(direction) > 0.0;
-        let usable = leaves && weight > 0.0 && weight.is_finite();
-        LightSample {
-            ray: Ray::new(self.ray_origin, direction.as_vec3(), 1.0),
-            weight: if usable { weight } else { 0.0 },
-        }
+        let usable = (self.normal.dot(direction) > 0.0) & (weight > 0.0) & weight.is_finite();
+        (direction, if usable { weight } else { 0.0 })
+    }
+}
+
+/// Direction and weight of each point, by a function that does not branch.
+#[inline(always)]
+fn each(points: &Points, samples: &mut LightSamples, of: impl Fn([f64; 2]) -> (DVec3, f32)) {
+    let (u, v) = points.coordinates();
+    let len = u.len();
+    let [x, y, z] = samples.directions.each_mut().map(|d| &mut d[..len]);
+    let (v, weights) = (&v[..len], &mut samples.weights[..len]);
+    for i in 0..len {
+        let (direction, weight) = of([f64::from(u[i]), f64::from(v[i])]);
+        (x[i], y[i], z[i]) = (direction.x as f32, direction.y as f32, direction.z as f32);
+        weights[i] = weight;
     }
 }
 
 /// Largest absolute coordinate.
+#[inline(always)]
 fn reach(v: DVec3) -> f64 {
     v.abs().max_element()
 }
 
 impl Plane {
     /// The plane through `points` with unit `normal`, seen from `origin`.
+    #[inline(always)]
     fn new(normal: DVec3, origin: DVec3, points: &[DVec3]) -> Self {
         let reach = points.iter().map(|&p| reach(p - origin)).fold(0.0, f64::max);
         Self { normal, height: normal.dot(origin - points[0]), reach }
     }
 
     /// From `target` on the light towards the surface point: at most half of the way.
+    #[inline(always)]
     fn lift(&self, target: DVec3) -> DVec3 {
         // A ceiling that the light is set in may be a triangle much larger than the light.
         let offset = offset_distance(reach(target), 4.0 * self.reach);

@@ -1,5 +1,6 @@
 //! Uniform sampling of the solid angle of a rectangle.
 
+use super::warp::sin_cos;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -39,23 +40,31 @@ impl SphericalRectangle {
     }
 
     /// In steradians.
+    #[inline(always)]
     pub(super) fn solid_angle(&self) -> f64 {
         self.solid_angle
     }
 
     /// Coordinates in the rectangle's axes, relative to the point's foot.
+    #[inline(always)]
     pub(super) fn sample(&self, [u, v]: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = (u * self.solid_angle + self.k).sin_cos();
+        let [sin, cos] = sin_cos(u * self.solid_angle + self.k);
         let f = (cos * self.b[0] - self.b[1]) / sin;
-        let c = (1f64.copysign(f) / f.hypot(self.b[0])).clamp(-1.0, 1.0);
+        let c = (1f64.copysign(f) / length(f, self.b[0])).clamp(-1.0, 1.0);
         let x = c * self.height / (1.0 - c * c).sqrt().max(1e-9);
         let x = x.clamp(self.x[0], self.x[1]);
-        let d = x.hypot(self.height);
-        let [h0, h1] = self.y.map(|y| y / d.hypot(y));
+        let d = length(x, self.height);
+        let [h0, h1] = self.y.map(|y| y / length(d, y));
         let h = h0 + v * (h1 - h0);
         let y = h * d / (1.0 - h * h).sqrt().max(1e-9);
         [x, y.clamp(self.y[0], self.y[1])]
     }
+}
+
+/// Without the care for numbers out of the ordinary that `hypot` takes.
+#[inline(always)]
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]

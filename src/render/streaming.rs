@@ -3,6 +3,7 @@
 use super::film::{Film, FilmBuilder, TileSums};
 use super::plan::Plan;
 use super::settings::RenderSettings;
+use super::skip::Skips;
 use super::stats::{ClassTally, RenderStats, Tally};
 use super::tile::TileOrder;
 use super::walk::{RayBuffer, Scratch, Walk};
@@ -20,8 +21,8 @@ use std::time::{Duration, Instant};
 pub struct RenderOptions<'a> {
     /// Count what shadow rays visit, if the backend can.
     pub count_visits: bool,
-    /// Leave out rays that bring nothing whatever they meet.
-    pub skip: bool,
+    /// What to leave out.
+    pub skip: Skips,
     /// In which order tiles are taken.
     pub order: TileOrder,
     /// Told after each tile how many are done, and of how many. Called by all threads.
@@ -30,7 +31,7 @@ pub struct RenderOptions<'a> {
 
 impl Default for RenderOptions<'_> {
     fn default() -> Self {
-        Self { count_visits: false, skip: true, order: TileOrder::default(), progress: None }
+        Self { count_visits: false, skip: Skips::ALL, order: TileOrder::default(), progress: None }
     }
 }
 

@@ -82,7 +82,7 @@ fn barycentrics(origin: DVec3, direction: DVec3, ab: DVec3, ac: DVec3) -> [f64; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::sampling::mix;
+    use crate::render::sampler::mix;
     use crate::render::warp;
 
     /// A fast intersection test as a single-precision backend does it.

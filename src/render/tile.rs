@@ -1,6 +1,6 @@
 //! The image as tiles: units of work, of batches and of coherence.
 
-use super::sampling::mix;
+use super::sampler::mix;
 
 /// Width and height of a tile in pixels.
 pub const TILE_SIZE: u32 = 8;

@@ -1,14 +1,14 @@
 //! The way of a ray up to its batch: camera, primary hit, surface point, shadow rays. Streaming and
 //! recording take the same way, so they trace the same rays.
 
-use super::ambient_occlusion;
+use super::ambient_occlusion::{self, Directions};
 use super::film::PrimarySums;
 use super::plan::Plan;
-use super::sampling::{Dimension, PixelSampler};
+use super::sampler::{Dimension, PixelSampler, Points};
 use super::settings::RayClass;
-use super::soft_shadow::{LightSample, LightView};
+use super::skip::{Skip, Skips};
+use super::soft_shadow::{LightSamples, LightView};
 use super::surface::SurfacePoint;
-use super::tile::TILE_PIXELS;
 use crate::backend::Accelerator;
 use crate::ray::Ray;
 use crate::scene::Scene;
@@ -17,8 +17,7 @@ use std::time::{Duration, Instant};
 /// Most rays of a batch: 128 KiB of rays, so that a batch stays in a core's own cache.
 pub(super) const BATCH_RAYS: usize = 4096;
 
-/// Shadow rays of one class and tile: sample 0 of all pixels, then sample 1 of all pixels, and so
-/// on.
+/// Shadow rays of one class and tile, pixel by pixel.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RayBuffer {
     pub(super) rays: Vec<Ray>,
@@ -41,8 +40,7 @@ pub(super) struct Walk<'a> {
     pub(super) scene: &'a Scene,
     pub(super) accelerator: &'a dyn Accelerator,
     pub(super) plan: &'a Plan,
-    /// Leave out rays of weight 0, and lights that a point cannot see as a whole.
-    pub(super) skip: bool,
+    pub(super) skip: Skips,
 }
 
 /// Memory that one thread uses again for all its tiles.
@@ -50,7 +48,15 @@ pub(super) struct Walk<'a> {
 pub(super) struct Scratch {
     buffers: Vec<RayBuffer>,
     surfaces: Vec<Visible>,
-    views: Vec<LightView>,
+    samples: Samples,
+}
+
+/// The samples of one pixel and class.
+#[derive(Default)]
+struct Samples {
+    points: Points,
+    directions: Directions,
+    of_light: LightSamples,
 }
 
 struct Visible {
@@ -105,12 +111,15 @@ impl Walk<'_> {
     fn look(&self, tile: usize, camera_sample: u32, surfaces: &mut Vec<Visible>) {
         let settings = &self.plan.settings;
         surfaces.clear();
+        let mut points = Points::default();
         for (slot, [x, y]) in self.plan.grid.tile(tile).pixels() {
-            let sampler = PixelSampler::new(settings.seed, x, y);
+            let sampler = PixelSampler::new(settings.sampler, settings.seed, x, y);
             let [dx, dy] = if settings.camera_samples == 1 {
                 [0.5, 0.5]
             } else {
-                sampler.sample_2d(Dimension::Camera, camera_sample)
+                let (all, one) = (settings.camera_samples, camera_sample..camera_sample + 1);
+                sampler.fill(Dimension::Camera, [0, all], one, &mut points);
+                points.get(0).map(f64::from)
             };
             let (px, py) = ((f64::from(x) + dx) as f32, (f64::from(y) + dy) as f32);
             let ray = self.scene.camera.ray(px, py, settings.size);
@@ -131,52 +140,77 @@ impl Walk<'_> {
         flush: &mut dyn FnMut(usize, &RayBuffer),
     ) -> u64 {
         let plan = &self.plan.classes[class];
-        let Scratch { buffers, surfaces, views } = scratch;
+        let Scratch { buffers, surfaces, samples } = scratch;
         let buffer = &mut buffers[class];
         let mut skipped = 0;
-        if let RayClass::Shadow { light } = plan.class {
-            views.clear();
-            let light = &self.scene.lights[light];
-            views.extend(surfaces.iter().map(|visible| LightView::new(light, &visible.surface)));
-        }
-        for sample in 0..plan.samples {
-            if buffer.rays.len() + TILE_PIXELS > BATCH_RAYS {
-                flush(class, buffer);
-                buffer.clear();
+        for visible in surfaces {
+            let surface = &visible.surface;
+            let view = match plan.class {
+                RayClass::Shadow { light } => {
+                    let light = &self.scene.lights[light];
+                    Some(LightView::new(light, surface, self.plan.settings.light_sampling))
+                }
+                _ => None,
+            };
+            if view.is_some_and(|view| view.is_dark() && self.skip.has(Skip::DarkLights)) {
+                skipped += u64::from(plan.samples);
+                continue;
             }
-            let index = camera_sample * plan.samples + sample;
-            for (place, visible) in surfaces.iter().enumerate() {
-                let ambient = |dimension, radius| {
-                    let point = visible.sampler.sample_2d(dimension, index);
-                    ambient_occlusion::ray(&visible.surface, point, radius)
+            let mut start = 0;
+            while start < plan.samples {
+                let end = plan.samples.min(start + BATCH_RAYS as u32);
+                if buffer.rays.len() + (end - start) as usize > BATCH_RAYS {
+                    flush(class, buffer);
+                    buffer.clear();
+                }
+                let block = [camera_sample, plan.samples];
+                let fill = visible.sampler;
+                let fill = |dimension, points: &mut Points| {
+                    fill.fill(dimension, block, start..end, points);
                 };
-                let ray = match plan.class {
-                    RayClass::AmbientOcclusion => {
-                        ambient(Dimension::AmbientOcclusion, self.plan.settings.ao_radius)
+                let before = buffer.rays.len();
+                match (plan.class, view) {
+                    (RayClass::Shadow { light }, Some(view)) => {
+                        fill(Dimension::Light(light), &mut samples.points);
+                        skipped += self.add_light(&view, samples, buffer);
                     }
-                    RayClass::AmbientOcclusionUnbounded => {
-                        ambient(Dimension::AmbientOcclusionUnbounded, f32::INFINITY)
+                    (RayClass::AmbientOcclusionUnbounded, _) => {
+                        fill(Dimension::AmbientOcclusionUnbounded, &mut samples.points);
+                        add_ambient(surface, f32::INFINITY, samples, buffer);
                     }
-                    RayClass::Shadow { light } => {
-                        let view = &views[place];
-                        if self.skip && view.is_dark() {
-                            skipped += 1;
-                            continue;
-                        }
-                        let point = visible.sampler.sample_2d(Dimension::Light(light), index);
-                        let LightSample { ray, weight } = view.sample(point);
-                        if self.skip && weight == 0.0 {
-                            skipped += 1;
-                            continue;
-                        }
-                        buffer.weights.push(weight);
-                        ray
+                    _ => {
+                        fill(Dimension::AmbientOcclusion, &mut samples.points);
+                        add_ambient(surface, self.plan.settings.ao_radius, samples, buffer);
                     }
-                };
-                buffer.rays.push(ray);
-                buffer.slots.push(visible.slot);
+                }
+                let added = buffer.rays.len() - before;
+                buffer.slots.extend(std::iter::repeat_n(visible.slot, added));
+                start = end;
             }
         }
         skipped
     }
+
+    /// Adds rays to a light; returns how many it left out.
+    fn add_light(&self, view: &LightView, samples: &mut Samples, buffer: &mut RayBuffer) -> u64 {
+        let Samples { points, of_light, .. } = samples;
+        view.sample_all(points, of_light);
+        let skip = self.skip.has(Skip::Weightless);
+        let mut skipped = 0;
+        for (index, &weight) in of_light.weights()[..points.len()].iter().enumerate() {
+            if skip && weight == 0.0 {
+                skipped += 1;
+                continue;
+            }
+            buffer.rays.push(view.ray(of_light.direction(index)));
+            buffer.weights.push(weight);
+        }
+        skipped
+    }
+}
+
+/// Adds ambient-occlusion rays.
+fn add_ambient(surface: &SurfacePoint, radius: f32, samples: &mut Samples, buffer: &mut RayBuffer) {
+    let Samples { points, directions, .. } = samples;
+    ambient_occlusion::rays(surface, points, radius, directions, &mut buffer.rays);
 }

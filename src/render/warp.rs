@@ -2,7 +2,7 @@
 //! stay stratified.
 
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::FRAC_PI_4;
 
 /// Two unit vectors at right angles to the unit vector `n` and to each other; the three are
 /// right-handed in the order returned, then `n`.
@@ -18,35 +18,54 @@ pub fn orthonormal_basis(n: DVec3) -> [DVec3; 2] {
     ]
 }
 
-/// `local` in the frame whose z axis is the unit vector `n`.
-pub fn to_world(local: DVec3, n: DVec3) -> DVec3 {
-    let [tangent, bitangent] = orthonormal_basis(n);
-    tangent * local.x + bitangent * local.y + n * local.z
+/// Two unit vectors and their normal: see [`orthonormal_basis`].
+#[derive(Clone, Copy, Debug)]
+pub struct Frame([DVec3; 3]);
+
+impl Frame {
+    /// The frame whose z axis is the unit vector `n`.
+    pub fn new(n: DVec3) -> Self {
+        let [tangent, bitangent] = orthonormal_basis(n);
+        Self([tangent, bitangent, n])
+    }
+
+    /// `local` in world coordinates.
+    #[inline(always)]
+    pub fn to_world(&self, local: DVec3) -> DVec3 {
+        self.0[0] * local.x + self.0[1] * local.y + self.0[2] * local.z
+    }
 }
 
-/// Unit direction about +z with density `cos(theta) / pi`. Never in the horizon's plane: for
-/// `u < 1` the cosine is positive.
-pub fn cosine_hemisphere([u, v]: [f64; 2]) -> DVec3 {
-    let (sin, cos) = (TAU * v).sin_cos();
-    let radius = u.sqrt();
-    DVec3::new(radius * cos, radius * sin, (1.0 - u).sqrt())
+/// `local` in the frame whose z axis is the unit vector `n`.
+pub fn to_world(local: DVec3, n: DVec3) -> DVec3 {
+    Frame::new(n).to_world(local)
+}
+
+/// Unit direction about +z with density `cos(theta) / pi`. Never in the horizon's plane, even when
+/// rounded to `f32`: the cosine is at least `2^-11`.
+#[inline(always)]
+pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
+    const LEAST_SQUARED: f64 = 1.0 / (1 << 22) as f64;
+    let p = concentric_disk(point);
+    p.extend((1.0 - p.length_squared()).max(LEAST_SQUARED).sqrt())
 }
 
 /// Uniform in the unit disk, with little distortion.
 ///
 /// Shirley and Chiu, "A Low Distortion Map Between Disk and Square", JGT 2(3), 1997.
+#[inline(always)]
 pub fn concentric_disk([u, v]: [f64; 2]) -> DVec2 {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-    if a == 0.0 && b == 0.0 {
-        return DVec2::ZERO;
-    }
-    let (radius, angle) =
-        if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_4 * (2.0 - a / b)) };
-    let (sin, cos) = angle.sin_cos();
-    DVec2::new(radius * cos, radius * sin)
+    let along_a = a.abs() > b.abs();
+    let (radius, other) = if along_a { (a, b) } else { (b, a) };
+    // In the middle 0 over something instead of over 0.
+    let divisor = if radius == 0.0 { 1.0 } else { radius };
+    let [sin, cos] = small_sin_cos(FRAC_PI_4 * (other / divisor)).map(|x| x * radius);
+    if along_a { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) }
 }
 
 /// Unit direction, uniform over the sphere.
+#[inline(always)]
 pub fn uniform_sphere(point: [f64; 2]) -> DVec3 {
     uniform_cone(point, 2.0)
 }
@@ -54,11 +73,56 @@ pub fn uniform_sphere(point: [f64; 2]) -> DVec3 {
 /// Unit direction, uniform over the cone about +z whose half angle has the cosine
 /// `1 - one_minus_cos`. The cone is given this way round because narrow cones would lose all their
 /// digits otherwise. Density: `1 / (2 pi one_minus_cos)`.
-pub fn uniform_cone([u, v]: [f64; 2], one_minus_cos: f64) -> DVec3 {
-    let depth = u * one_minus_cos;
-    let radius = (depth * (2.0 - depth)).max(0.0).sqrt();
-    let (sin, cos) = (TAU * v).sin_cos();
-    DVec3::new(radius * cos, radius * sin, 1.0 - depth)
+#[inline(always)]
+pub fn uniform_cone(point: [f64; 2], one_minus_cos: f64) -> DVec3 {
+    let p = concentric_disk(point);
+    let depth = p.length_squared() * one_minus_cos;
+    (p * (one_minus_cos * (2.0 - depth)).max(0.0).sqrt()).extend(1.0 - depth)
+}
+
+/// Sine and cosine of an angle between `-pi / 4` and `pi / 4`, without branches, to 1e-15: sums of
+/// their series.
+#[inline(always)]
+fn small_sin_cos(angle: f64) -> [f64; 2] {
+    // One over the factorials of 3 to 17 and of 2 to 18, signs in turn.
+    const SIN: [f64; 8] = series(3);
+    const COS: [f64; 9] = series(2);
+    let x2 = angle * angle;
+    let sum = |terms: &[f64]| terms.iter().rev().fold(0.0, |sum, term| (sum + term) * x2);
+    [angle + angle * sum(&SIN), 1.0 + sum(&COS)]
+}
+
+/// `-1 / first!`, `1 / (first + 2)!` and so on.
+const fn series<const N: usize>(first: usize) -> [f64; N] {
+    let mut terms = [0.0; N];
+    let mut factorial = if first == 3 { 6.0 } else { 2.0 };
+    let mut i = 0;
+    while i < N {
+        terms[i] = if i % 2 == 0 { -1.0 / factorial } else { 1.0 / factorial };
+        let n = (first + 2 * i) as f64;
+        factorial *= (n + 1.0) * (n + 2.0);
+        i += 1;
+    }
+    terms
+}
+
+/// Sine and cosine of an angle of at most a million, without branches, to 1e-15 and a millionth of
+/// the angle's rounding.
+#[inline(always)]
+pub(super) fn sin_cos(angle: f64) -> [f64; 2] {
+    // Added to a number, it leaves the nearest integer in the lowest bits.
+    const ROUNDS: f64 = 1.5 * (1u64 << 52) as f64;
+    // Pi / 2 in two parts, the first short enough for its products to be exact.
+    const HALF_PI: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
+    let shifted = angle * std::f64::consts::FRAC_2_PI + ROUNDS;
+    let quarters = shifted - ROUNDS;
+    let bits = shifted.to_bits();
+    let rest = (angle - quarters * HALF_PI[0]) - quarters * HALF_PI[1];
+    let [sin, cos] = small_sin_cos(rest);
+    let (s, c) = if bits & 1 == 0 { (sin, cos) } else { (cos, sin) };
+    // Sine is negative in quarters 2 and 3, cosine in 1 and 2.
+    let flip = |x: f64, flip: u64| f64::from_bits(x.to_bits() ^ (flip << 63));
+    [flip(s, bits >> 1 & 1), flip(c, (bits ^ bits >> 1) & 1)]
 }
 
 #[cfg(test)]
@@ -92,6 +156,17 @@ mod tests {
         }
     }
 
+    #[test]
+    fn sines_and_cosines() {
+        for step in -40_000..40_000 {
+            let angle = f64::from(step) * 1e-3;
+            let expected = angle.sin_cos();
+            let [sin, cos] = sin_cos(angle);
+            let error = (sin - expected.0).abs().max((cos - expected.1).abs());
+            assert!(error < 1e-15, "{angle}: {sin} {cos} are not {expected:?}");
+        }
+    }
+
     /// First and second moments, and the distribution of the height.
     #[test]
     fn moments_are_those_of_the_densities() {
@@ -100,7 +175,7 @@ mod tests {
         };
         close(mean(|p| cosine_hemisphere(p).z), 2.0 / 3.0);
         close(mean(|p| cosine_hemisphere(p).x.powi(2)), 0.25);
-        close(mean(|p| f64::from(cosine_hemisphere(p).z < 0.5)), 0.25);
+        close(mean(|p| f64::from(cosine_hemisphere(p).z < 0.75f64.sqrt())), 0.75);
         close(mean(|p| concentric_disk(p).length_squared()), 0.5);
         close(mean(|p| concentric_disk(p).x.powi(2)), 0.25);
         close(mean(|p| f64::from(concentric_disk(p).length() < 0.5)), 0.25);
@@ -115,8 +190,9 @@ mod tests {
     fn directions_have_unit_length_and_stay_inside() {
         for p in grid().chain([[0.0, 0.0], [1.0 - 2f64.powi(-23), 0.0]]) {
             assert!(concentric_disk(p).length() < 1.0 + 1e-12);
-            assert!(cosine_hemisphere(p).z > 0.0);
-            for w in [cosine_hemisphere(p), uniform_sphere(p), uniform_cone(p, 1e-12)] {
+            assert!(cosine_hemisphere(p).z > 4e-4);
+            assert!((cosine_hemisphere(p).length() - 1.0).abs() < 2e-7);
+            for w in [uniform_sphere(p), uniform_cone(p, 1e-12)] {
                 assert!((w.length() - 1.0).abs() < 1e-12, "{w}");
             }
             assert!(uniform_cone(p, 1e-12).z >= 1.0 - 1.01e-12);

@@ -2,7 +2,7 @@
 
 use crate::ray::Ray;
 use crate::ray_set::RaySet;
-use crate::render::sampling::mix;
+use crate::render::sampler::mix;
 use crate::render::{RayClass, Recording, TILE_PIXELS};
 
 /// A way to put recorded rays into batches.
