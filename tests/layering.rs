@@ -27,6 +27,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("report", 7, &[]),
     ("results", 8, &[]),
     ("bench", 9, &[]),
+    ("converge", 9, &[]),
     ("stress", 9, &[]),
     ("cli", 10, &[]),
 ];

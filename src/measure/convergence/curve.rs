@@ -65,17 +65,19 @@ impl Curve {
         Some(Reading::Value(error))
     }
 
-    /// Samples for which an image takes `ms` milliseconds, rounded down, by straight lines between
-    /// points, within the curve.
-    pub fn samples_at_ms(&self, ms: f64) -> Option<u32> {
-        let (first, last) = (self.points.first()?, self.points.last()?);
-        let Some(from) = self.points.iter().rposition(|p| p.ms <= ms) else {
-            return Some(first.samples);
+    /// Samples for which an image should take `ms` milliseconds, rounded down: by straight lines
+    /// between points, the last of which goes on to 16 times the samples, as nothing but a choice
+    /// follows from it. `None` if no image is done by then.
+    pub fn samples_for_ms(&self, ms: f64) -> Option<u32> {
+        let from = self.points.iter().rposition(|p| p.ms <= ms)?;
+        let Some(segment) = self.points.windows(2).nth(from.min(self.points.len().max(2) - 2))
+        else {
+            return Some(self.points[from].samples);
         };
-        let Some(to) = self.points.get(from + 1) else { return Some(last.samples) };
-        let from = self.points[from];
-        let part = (ms - from.ms) / (to.ms - from.ms);
-        Some(from.samples + (part * f64::from(to.samples - from.samples)) as u32)
+        let [a, b] = [segment[0], segment[1]];
+        let more = (ms - a.ms) / (b.ms - a.ms) * f64::from(b.samples - a.samples);
+        let most = 16.0 * f64::from(b.samples);
+        Some((f64::from(a.samples) + more.max(0.0)).min(most) as u32)
     }
 
     /// Slope of the logarithm of the root mean squared error over that of the samples: -1/2 of
@@ -151,10 +153,8 @@ mod tests {
         assert_eq!(curve.error_at_ms(9.0), None);
         assert_eq!(curve.error_at_ms(30.0), Some(Reading::Value(1.0)));
         assert_eq!(curve.error_at_ms(40.0), Some(Reading::AtMost(1.0)));
-        assert_eq!(
-            [5.0, 10.0, 29.0, 30.0, 99.0].map(|t| curve.samples_at_ms(t).unwrap()),
-            [1, 1, 1, 2, 2]
-        );
+        let samples = [5.0, 10.0, 29.0, 30.0, 50.0, 1e9].map(|ms| curve.samples_for_ms(ms));
+        assert_eq!(samples, [None, Some(1), Some(1), Some(2), Some(3), Some(32)]);
         assert_eq!(Curve::default().ms_at_error(1.0), None);
     }
 

@@ -81,6 +81,12 @@ impl Variance {
         }
     }
 
+    /// The mean of each value: of one channel after the other, in each of its pixels in the order
+    /// given.
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
     /// The mean variance of one image.
     pub fn of_one(&self) -> Option<f64> {
         let values = self.squares.len().max(1);
