@@ -185,6 +185,25 @@ fn one_renderer_and_one_seed_will_do() {
     assert!(report["means"].as_array().unwrap().is_empty());
 }
 
+/// The shadow of a point light has no error, and that is no reason to stop.
+#[test]
+fn what_has_no_error_has_no_ratio() {
+    let folder = folder();
+    let point = "type = \"point\"\nposition = [0.0, 2.5, 0.0]\nintensity = 5.0\n";
+    let scene = SCENE.split("type = ").next().unwrap().to_string() + point;
+    fs::write(folder.path().join("table.toml"), scene).unwrap();
+    let renderers = ["--renderer", "bvh2", "--renderer", INDEPENDENT];
+    let report =
+        converge(folder.path(), &[&renderers[..], &["--spp", "4", "--seeds", "2"]].concat());
+    let of = |pass: &str, rows: &str| -> Vec<Value> {
+        list(&report, rows).iter().filter(|row| row["pass"] == pass).cloned().collect()
+    };
+    assert!(of("shadow", "points").iter().all(|point| point["rmse"] == 0.0));
+    assert!(of("shadow", "at_end").iter().all(|row| row["equal_error"] == Value::Null));
+    assert!(of("ao", "at_end").iter().all(|row| row["equal_error"].is_number()));
+    assert_eq!(report["means"][0]["equal_error"]["count"], 1);
+}
+
 #[test]
 fn nonsense_is_refused_in_one_line() {
     let folder = folder();

@@ -20,7 +20,7 @@ pub use renderer::{PRESETS, Preset, RendererSpec};
 pub use rows::{CellReport, ConvergeReport, PointRow, RatioRow, SlopeReport};
 pub use text::converge_text;
 
-use crate::backend::Accelerator;
+use crate::backend::{Accelerator, BackendSpec};
 use crate::lab::Lab;
 use crate::render::{Pass, RenderSettings};
 use crate::report::{Provenance, SceneReport, write_json};
@@ -168,9 +168,7 @@ pub fn run(plan: &Plan, progress: Progress<'_>) -> Result<ConvergeReport> {
         let scene = scene::load(reference)?;
         scenes.push(SceneReport::new(&scene));
         let lab = Lab::new(&scene, plan.settings.seed);
-        let build = |spec: &RendererSpec| lab.build(&spec.backend);
-        let accelerators = plan.renderers.iter().map(build).collect::<Result<Vec<_>>>()?;
-        let judge = lab.build(&"bvh8".parse()?)?;
+        let accelerators = Accelerators::build(plan, &lab)?;
         for pass in plan.passes_of(&scene) {
             let done = cells.len();
             let step = |share: f64| {
@@ -178,7 +176,7 @@ pub fn run(plan: &Plan, progress: Progress<'_>) -> Result<ConvergeReport> {
                 progress(share, &format!("{}, {}", scene.name, pass.name()));
             };
             let job = Job { plan, scene: &scene, pass, stream: done as u64 };
-            let (cell, drawn) = job.run(&accelerators, &*judge, &step)?;
+            let (cell, drawn) = job.run(&accelerators, &step)?;
             cells.push(cell);
             charts.push(drawn);
         }
@@ -220,6 +218,38 @@ fn means(renderers: &[RendererSpec], cells: &[Cell]) -> Vec<MeanReport> {
     pairs.iter().enumerate().map(mean).collect()
 }
 
+/// What traces references.
+fn reference_backend() -> Result<BackendSpec> {
+    "bvh8".parse()
+}
+
+/// The backends of one scene, each built once, whoever traces with it.
+struct Accelerators(Vec<(String, Box<dyn Accelerator>)>);
+
+impl Accelerators {
+    fn build(plan: &Plan, lab: &Lab<'_>) -> Result<Self> {
+        let mut all = Self(Vec::new());
+        let reference = reference_backend()?;
+        for spec in plan.renderers.iter().map(|r| &r.backend).chain([&reference]) {
+            if all.find(spec).is_none() {
+                all.0.push((spec.full(), lab.build(spec)?));
+            }
+        }
+        Ok(all)
+    }
+
+    fn find(&self, spec: &BackendSpec) -> Option<&dyn Accelerator> {
+        let name = spec.full();
+        self.0.iter().find(|(other, _)| *other == name).map(|(_, accelerator)| &**accelerator)
+    }
+
+    /// # Panics
+    /// If it is not of this plan.
+    fn of(&self, spec: &BackendSpec) -> &dyn Accelerator {
+        self.find(spec).expect("all of the plan are built")
+    }
+}
+
 /// One scene and pass.
 struct Job<'a> {
     plan: &'a Plan,
@@ -232,14 +262,14 @@ struct Job<'a> {
 impl Job<'_> {
     fn run(
         &self,
-        accelerators: &[Box<dyn Accelerator>],
-        judge: &dyn Accelerator,
+        accelerators: &Accelerators,
         step: &dyn Fn(f64),
     ) -> Result<(Cell, pictures::Strip)> {
         let Self { plan, scene, pass, stream } = *self;
         let renderers = &plan.renderers;
         let settings = plan.render_settings(scene, pass)?;
         let samples = plan.settings.reference_samples();
+        let judge = accelerators.of(&reference_backend()?);
         // Samples are steps, roughly: the reference's too.
         let each: u64 = plan.settings.sample_counts().iter().map(|&n| u64::from(n)).sum();
         let images = each * u64::from(plan.settings.seeds) * renderers.len() as u64;
@@ -250,8 +280,7 @@ impl Job<'_> {
             })?;
         let contenders: Vec<Contender<'_>> = renderers
             .iter()
-            .zip(accelerators)
-            .map(|(spec, accelerator)| Contender { spec, accelerator: &**accelerator })
+            .map(|spec| Contender { spec, accelerator: accelerators.of(&spec.backend) })
             .collect();
         let done = std::cell::Cell::new(0);
         let trial = trial::run(scene, &contenders, &settings, &plan.settings, &reference, &|n| {

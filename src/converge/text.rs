@@ -2,7 +2,8 @@
 
 use super::ratios::{Bound, MeanRatio, MeanReport};
 use super::reference::Origin;
-use super::rows::{CellReport, ConvergeReport, PointRow};
+use super::renderer::RendererSpec;
+use super::rows::{CellReport, ConvergeReport, PointRow, RatioRow};
 use crate::report::table;
 use comfy_table::{CellAlignment, Table};
 use std::fmt::Write;
@@ -28,6 +29,7 @@ pub fn converge_text(report: &ConvergeReport) -> String {
     }
     if !report.means.is_empty() {
         text += &means_text(report);
+        text += &last_text(report);
     }
     text.truncate(text.trim_end().len());
     text
@@ -161,10 +163,10 @@ fn means_text(report: &ConvergeReport) -> String {
         rows.add_row([
             renderer.clone(),
             against.clone(),
-            mean_ratio(mean.same_samples.as_ref()),
+            mean_ratio(mean.same_samples.as_ref(), report.cells.len()),
             mean.same_samples_tracing.map_or("-".into(), |r| format!("{r:.2}")),
-            mean_ratio(mean.equal_time.as_ref()),
-            mean_ratio(mean.equal_error.as_ref()),
+            mean_ratio(mean.equal_time.as_ref(), report.cells.len()),
+            mean_ratio(mean.equal_error.as_ref(), report.cells.len()),
         ]);
     }
     names_to_the_left(&mut rows);
@@ -183,14 +185,46 @@ fn names_to_the_left(table: &mut Table) {
     }
 }
 
-fn mean_ratio(mean: Option<&MeanRatio>) -> String {
+fn mean_ratio(mean: Option<&MeanRatio>, cells: usize) -> String {
     let Some(mean) = mean else { return "-".into() };
     let ratio = mean.ratio;
     let mut text = with_ends(mean.bound, Some(ratio.value), Some(ratio.low), Some(ratio.high));
     if mean.bounds > 0 {
         let _ = write!(text, " ({})", mean.bounds);
     }
+    if mean.count < cells {
+        let _ = write!(text, " of {}", mean.count);
+    }
     text
+}
+
+/// The last renderer against each other, scene by scene and pass by pass.
+fn last_text(report: &ConvergeReport) -> String {
+    let (Some(last), true) = (report.renderers.last(), report.cells.len() > 1) else {
+        return String::new();
+    };
+    let others = &report.renderers[..report.renderers.len() - 1];
+    let column = |what: &'static str| others.iter().map(move |o| format!("{what} {}", o.label));
+    let header = ["scene".to_string(), "pass".into()].into_iter();
+    let header = header.chain(column("same samples,")).chain(column("equal error,"));
+    let mut rows = table(header);
+    for cell in &report.cells {
+        let ratio = |other: &RendererSpec, figure: fn(&RatioRow) -> (Bound, Option<f64>)| {
+            let is_asked = |row: &&RatioRow| {
+                (&row.scene, row.pass) == (&cell.scene, cell.pass)
+                    && (&row.renderer, &row.against) == (&last.label, &other.label)
+            };
+            let (bound, value) = report.at_end.iter().find(is_asked).map(figure)?;
+            value.map(|value| format!("{}{}", bound.sign(), short(value)))
+        };
+        let shown = |ratio: Option<String>| ratio.unwrap_or_else(|| "-".into());
+        let same = others.iter().map(|o| ratio(o, |r| (Bound::Measured, r.same_samples)));
+        let equal = others.iter().map(|o| ratio(o, |r| (r.equal_error_bound, r.equal_error)));
+        let names = [cell.scene.clone(), cell.pass.to_string()].into_iter();
+        rows.add_row(names.chain(same.chain(equal).map(shown)));
+    }
+    names_to_the_left(&mut rows);
+    format!("\n{}, times as fast\n\n{}\n", last.label, rows.trim_fmt())
 }
 
 /// A ratio with the ends of its interval.
