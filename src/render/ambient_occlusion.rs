@@ -2,6 +2,7 @@
 
 use super::sampler::Points;
 use super::surface::SurfacePoint;
+use super::vectorized::vectorized;
 use super::warp::{self, Frame};
 use crate::ray::Ray;
 use glam::Vec3;
@@ -20,9 +21,7 @@ pub fn rays(
 ) {
     directions.resize(points.coordinates().0.len());
     let frame = Frame::new(surface.normal);
-    // Compiled for the best vectors that the processor has, without unsafe code: a plain loop, whose
-    // bits do not depend on that.
-    pulp::Arch::new().dispatch(
+    vectorized(
         #[inline(always)]
         || directions.set(&frame, points),
     );

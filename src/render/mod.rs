@@ -19,6 +19,7 @@ mod streaming;
 mod surface;
 mod tile;
 mod training;
+mod vectorized;
 mod walk;
 pub mod warp;
 

@@ -9,6 +9,7 @@ use super::light_sampling::LightSampling;
 use super::sampler::Points;
 use super::spherical_rectangle::SphericalRectangle;
 use super::surface::{SurfacePoint, offset_distance};
+use super::vectorized::vectorized;
 use super::warp::{self, Frame};
 use crate::ray::Ray;
 use crate::scene::{Light, LightShape};
@@ -219,9 +220,7 @@ impl LightView {
     /// The samples of all points, and of what lies behind them.
     pub fn sample_all(&self, points: &Points, samples: &mut LightSamples) {
         samples.resize(points.coordinates().0.len());
-        // Compiled for the best vectors that the processor has, without unsafe code: plain loops,
-        // whose bits do not depend on that.
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || self.sample_each(points, samples),
         );
@@ -231,53 +230,93 @@ impl LightView {
     fn sample_each(&self, points: &Points, samples: &mut LightSamples) {
         let nothing = (DVec3::ZERO, 0.0);
         match self.kind {
-            Kind::Nothing => each(points, samples, |_| nothing),
-            Kind::Rectangle { shape, foot, axes, plane } => each(points, samples, |point| {
-                let [x, y] = shape.sample(point);
-                let target = foot + axes[0] * x + axes[1] * y;
-                self.segment(target, plane.lift(target), shape.solid_angle())
-            }),
+            Kind::Nothing => each(
+                points,
+                samples,
+                #[inline(always)]
+                |_| nothing,
+            ),
+            Kind::Rectangle { shape, foot, axes, plane } => each(
+                points,
+                samples,
+                #[inline(always)]
+                |point| {
+                    let [x, y] = shape.sample(point);
+                    let target = foot + axes[0] * x + axes[1] * y;
+                    self.segment(target, plane.lift(target), shape.solid_angle())
+                },
+            ),
             Kind::Parallelogram { corner, edges, area, plane } => {
-                each(points, samples, |point| {
-                    let target = corner + edges[0] * point[0] + edges[1] * point[1];
-                    self.by_area(target, area, &plane)
-                });
+                each(
+                    points,
+                    samples,
+                    #[inline(always)]
+                    |point| {
+                        let target = corner + edges[0] * point[0] + edges[1] * point[1];
+                        self.by_area(target, area, &plane)
+                    },
+                );
             }
-            Kind::Disk { center, radius, frame, plane } => each(points, samples, |point| {
-                let p = warp::concentric_disk(point) * radius;
-                let target = center + frame.to_world(p.extend(0.0));
-                self.by_area(target, PI * radius * radius, &plane)
-            }),
+            Kind::Disk { center, radius, frame, plane } => each(
+                points,
+                samples,
+                #[inline(always)]
+                |point| {
+                    let p = warp::concentric_disk(point) * radius;
+                    let target = center + frame.to_world(p.extend(0.0));
+                    self.by_area(target, PI * radius * radius, &plane)
+                },
+            ),
             Kind::Sphere { center, radius, frame, distance, one_minus_cos } => {
-                each(points, samples, |point| {
-                    let local = warp::uniform_cone(point, one_minus_cos);
-                    let sin_squared = local.x * local.x + local.y * local.y;
-                    let half_chord =
-                        (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
-                    let direction = frame.to_world(local);
-                    let target = self.origin + direction * (distance * local.z - half_chord);
-                    let plane = Plane::new((target - center) / radius, self.origin, &[target]);
-                    self.segment(target, plane.lift(target), TAU * one_minus_cos)
-                });
+                each(
+                    points,
+                    samples,
+                    #[inline(always)]
+                    |point| {
+                        let local = warp::uniform_cone(point, one_minus_cos);
+                        let sin_squared = local.x * local.x + local.y * local.y;
+                        let half_chord =
+                            (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                        let direction = frame.to_world(local);
+                        let target = self.origin + direction * (distance * local.z - half_chord);
+                        let plane = Plane::new((target - center) / radius, self.origin, &[target]);
+                        self.segment(target, plane.lift(target), TAU * one_minus_cos)
+                    },
+                );
             }
-            Kind::SphereSurface { center, radius } => each(points, samples, |point| {
-                let normal = warp::uniform_sphere(point);
-                let target = center + normal * radius;
-                let plane = Plane::new(normal, self.origin, &[target]);
-                self.by_area(target, 2.0 * TAU * radius * radius, &plane)
-            }),
+            Kind::SphereSurface { center, radius } => each(
+                points,
+                samples,
+                #[inline(always)]
+                |point| {
+                    let normal = warp::uniform_sphere(point);
+                    let target = center + normal * radius;
+                    let plane = Plane::new(normal, self.origin, &[target]);
+                    self.by_area(target, 2.0 * TAU * radius * radius, &plane)
+                },
+            ),
             Kind::Directional { frame, one_minus_cos, factor } => {
-                each(points, samples, |point| {
-                    let direction = frame.to_world(warp::uniform_cone(point, one_minus_cos));
-                    (direction, self.cosine(direction).max(0.0) as f32 * factor as f32)
-                });
+                each(
+                    points,
+                    samples,
+                    #[inline(always)]
+                    |point| {
+                        let direction = frame.to_world(warp::uniform_cone(point, one_minus_cos));
+                        (direction, self.cosine(direction).max(0.0) as f32 * factor as f32)
+                    },
+                );
             }
-            Kind::Point { position } => each(points, samples, |_| {
-                let to_light = position - self.origin;
-                let offset = offset_distance(reach(position), reach(to_light));
-                let lift = -to_light * (offset / to_light.length()).min(0.5);
-                self.segment(position, lift, 1.0 / to_light.length_squared())
-            }),
+            Kind::Point { position } => each(
+                points,
+                samples,
+                #[inline(always)]
+                |_| {
+                    let to_light = position - self.origin;
+                    let offset = offset_distance(reach(position), reach(to_light));
+                    let lift = -to_light * (offset / to_light.length()).min(0.5);
+                    self.segment(position, lift, 1.0 / to_light.length_squared())
+                },
+            ),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Sobol points, scrambled as by Owen for each pixel and dimension.
 
 use super::{Request, SamplerEntry, mix};
+use crate::render::vectorized::vectorized;
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 use std::sync::OnceLock;
 
@@ -45,9 +46,7 @@ fn fill(request: &Request, u: &mut [f32], v: &mut [f32]) {
         let end = len.min(done + (LONGEST - start % LONGEST) as usize);
         let seed = mix(request.key ^ u64::from(start / LONGEST)) as u32;
         let (u, v) = (&mut u[done..end], &mut v[done..end]);
-        // Compiled for the best vectors that the processor has, without unsafe code: plain loops,
-        // whose bits do not depend on that.
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || part(table, start % LONGEST, seed, u, v),
         );
