@@ -29,7 +29,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     spp: u32,
     /// Images at each number of samples, each with a seed of its own: intervals come from their
-    /// spread
+    /// spread, and are a little narrow below 16
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     seeds: u32,
     /// Samples of the reference for each of the most samples

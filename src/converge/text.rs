@@ -204,9 +204,9 @@ fn last_text(report: &ConvergeReport) -> String {
         return String::new();
     };
     let others = &report.renderers[..report.renderers.len() - 1];
-    let column = |what: &'static str| others.iter().map(move |o| format!("{what} {}", o.label));
+    let column = |what: &'static str| others.iter().map(move |o| format!("{what}\n{}", o.label));
     let header = ["scene".to_string(), "pass".into()].into_iter();
-    let header = header.chain(column("same samples,")).chain(column("equal error,"));
+    let header = header.chain(column("same samples")).chain(column("equal error"));
     let mut rows = table(header);
     for cell in &report.cells {
         let ratio = |other: &RendererSpec, figure: fn(&RatioRow) -> (Bound, Option<f64>)| {
