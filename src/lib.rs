@@ -6,6 +6,7 @@ pub mod geometry;
 pub mod output;
 pub mod ray;
 pub mod ray_set;
+mod vectorized;
 
 pub mod intersect;
 pub mod scene;

@@ -46,6 +46,9 @@ fn assert_specs_agree(
         let mut counts = vec![VisitCounts::default(); rays.len()];
         assert!(backend.occluded_counted(&RayBatch { rays }, &mut counted, &mut counts));
         assert_eq!(answers, counted, "{what}, {spec}: a counting run answers otherwise");
+        let mut together = vec![None; rays.len()];
+        backend.closest_hits(rays, &mut together);
+        assert_eq!(together, closest, "{what}, {spec}: closest hits of a batch");
         for (index, ray) in rays.iter().enumerate() {
             let blocked = bit(&answers, index);
             assert_eq!(blocked, bit(expected, index), "{what}, {spec}, ray {index}: {ray:?}");

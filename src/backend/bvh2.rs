@@ -2,11 +2,14 @@
 
 use super::catalogue::BackendEntry;
 use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key, mode};
+use crate::geometry::Aabb;
 use crate::intersect::{Exact, Fast, Mode};
 use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
 use crate::trace::packet::{self, PacketCounter};
+use crate::trace::shaft::{self, Budget, Entry, Shaft, View};
 use crate::trace::{Counter, NoCount, single};
+use crate::tree::ChildRef;
 use crate::tree::{Bvh2, Plan};
 use crate::{Error, Result, build, order};
 use std::sync::Arc;
@@ -93,11 +96,11 @@ impl Bvh2Backend {
         Ok(Self { built, plan, mode: mode::of(spec), in_packets, stats })
     }
 
-    fn any_hit<C: Counter>(&self, ray: &Ray, counter: &mut C) -> bool {
+    fn any_hit<C: Counter>(&self, from: Option<ChildRef>, ray: &Ray, counter: &mut C) -> bool {
         let (tree, plan) = (&self.built.tree, &self.plan);
         match self.mode {
-            Mode::Fast => single::any_hit(tree, plan, Fast, ray, counter),
-            Mode::Exact => single::any_hit(tree, plan, Exact, ray, counter),
+            Mode::Fast => single::any_hit(tree, from, plan, Fast, ray, counter),
+            Mode::Exact => single::any_hit(tree, from, plan, Exact, ray, counter),
         }
     }
 
@@ -127,7 +130,25 @@ impl Accelerator for Bvh2Backend {
             return;
         }
         for (index, ray) in batch.rays.iter().enumerate() {
-            set_bit(occluded, index, self.any_hit(ray, &mut NoCount));
+            set_bit(occluded, index, self.any_hit(self.built.tree.root, ray, &mut NoCount));
+        }
+    }
+
+    fn looks_within(&self) -> Option<Aabb> {
+        Some(self.built.tree.bounds)
+    }
+
+    fn look(&self, shaft: &Shaft<'_>, from: &Entry, budget: Budget, entry: &mut Entry) -> View {
+        shaft::look(&self.built.tree, shaft, from, budget, entry)
+    }
+
+    fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        let Some(parts) = entry.parts().filter(|_| !self.in_packets) else {
+            return self.occluded(batch, occluded);
+        };
+        for (index, ray) in batch.rays.iter().enumerate() {
+            let hit = parts.iter().any(|part| self.any_hit(Some(part.child), ray, &mut NoCount));
+            set_bit(occluded, index, hit);
         }
     }
 
@@ -146,7 +167,7 @@ impl Accelerator for Bvh2Backend {
             return true;
         }
         for (index, (ray, counts)) in batch.rays.iter().zip(counts).enumerate() {
-            set_bit(occluded, index, self.any_hit(ray, counts));
+            set_bit(occluded, index, self.any_hit(self.built.tree.root, ray, counts));
         }
         true
     }

@@ -2,10 +2,11 @@
 
 use super::catalogue::BackendEntry;
 use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key, mode};
-use crate::geometry::TriangleMesh;
+use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::Mode;
 use crate::order::{self, OrderContext};
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
+use crate::trace::shaft::{self, Budget, Entry, Shaft, View, WithMesh};
 use crate::trace::wide::{self, Instructions, Query, Scratch, Way};
 use crate::tree::Bvh8;
 use crate::{Error, Result, build};
@@ -109,8 +110,8 @@ impl Bvh8Backend {
         Ok(Self { tree, mesh, mode: mode::of(spec), instructions, way, stats })
     }
 
-    fn query(&self) -> Query<'_> {
-        Query { tree: &self.tree, mesh: &self.mesh, way: self.way, mode: self.mode }
+    fn query<'a>(&'a self, entry: &'a Entry) -> Query<'a> {
+        Query { tree: &self.tree, mesh: &self.mesh, way: self.way, mode: self.mode, entry }
     }
 }
 
@@ -123,9 +124,28 @@ impl Accelerator for Bvh8Backend {
         wide::closest_hit(self.instructions, &self.tree, &self.mesh, ray)
     }
 
-    fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         SCRATCH.with_borrow_mut(|scratch| {
-            wide::any_hit(self.instructions, &self.query(), batch.rays, occluded, scratch);
+            wide::closest_hits(self.instructions, &self.tree, &self.mesh, rays, hits, scratch);
+        });
+    }
+
+    fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        self.occluded_from(&Entry::WHOLE, batch, occluded);
+    }
+
+    fn looks_within(&self) -> Option<Aabb> {
+        Some(self.tree.bounds)
+    }
+
+    fn look(&self, shaft: &Shaft<'_>, from: &Entry, budget: Budget, entry: &mut Entry) -> View {
+        let tree = WithMesh { tree: &self.tree, mesh: &self.mesh };
+        shaft::look(&tree, shaft, from, budget, entry)
+    }
+
+    fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        SCRATCH.with_borrow_mut(|scratch| {
+            wide::any_hit(self.instructions, &self.query(entry), batch.rays, occluded, scratch);
         });
     }
 
@@ -136,7 +156,7 @@ impl Accelerator for Bvh8Backend {
         counts: &mut [VisitCounts],
     ) -> bool {
         SCRATCH.with_borrow_mut(|scratch| {
-            let query = self.query();
+            let query = self.query(&Entry::WHOLE);
             wide::any_hit_counted(self.instructions, &query, batch.rays, occluded, scratch, counts);
         });
         true

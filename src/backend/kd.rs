@@ -3,9 +3,11 @@
 use super::catalogue::BackendEntry;
 use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key, mode};
 use crate::build::kd_sah::Splits;
+use crate::geometry::Aabb;
 use crate::intersect::{Exact, Fast, Mode};
 use crate::order::OrderContext;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts, set_bit};
+use crate::trace::shaft::{self, Budget, Cells, Entry, Shaft, View};
 use crate::trace::{Counter, NoCount, kd};
 use crate::tree::{KdTree, Plan};
 use crate::{Error, Result, order};
@@ -115,6 +117,17 @@ impl Accelerator for KdBackend {
         for (index, ray) in batch.rays.iter().enumerate() {
             set_bit(occluded, index, self.any_hit(ray, &mut NoCount));
         }
+    }
+
+    fn looks_within(&self) -> Option<Aabb> {
+        Some(self.built.tree.bounds)
+    }
+
+    fn look(&self, shaft: &Shaft<'_>, _: &Entry, budget: Budget, entry: &mut Entry) -> View {
+        let view = shaft::look(&Cells(&self.built.tree), shaft, &Entry::WHOLE, budget, entry);
+        // Rays know where they are by the planes that they have passed: they start at the root.
+        entry.clear();
+        view
     }
 
     fn occluded_counted(

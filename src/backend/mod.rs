@@ -14,9 +14,11 @@ pub use shared_trees::{Built, SharedTrees};
 pub use spec::{BackendSpec, Choice, Key};
 
 use crate::Result;
+use crate::geometry::Aabb;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
 use crate::ray_set::RaySet;
 use crate::scene::Scene;
+use crate::trace::shaft::{Budget, Entry, Shaft, View};
 
 /// A structure built from a scene's triangles that answers rays.
 ///
@@ -28,6 +30,14 @@ pub trait Accelerator: Send + Sync {
 
     /// The closest hit, or `None`.
     fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
+
+    /// For each of `rays` its [`closest_hit`](Self::closest_hit), into the element of `hits` in its
+    /// place; both have the same length. Best for rays that go the same way, such as those of a tile.
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.closest_hit(ray);
+        }
+    }
 
     /// For each ray of the batch, whether anything is in the way. `occluded` holds
     /// [`words_for`](crate::ray::words_for) zeroed words.
@@ -43,6 +53,27 @@ pub trait Accelerator: Send + Sync {
     ) -> bool {
         let _ = (batch, occluded, counts);
         false
+    }
+
+    /// Box around all triangles, if [`look`](Self::look) can tell anything.
+    fn looks_within(&self) -> Option<Aabb> {
+        None
+    }
+
+    /// What stands in the way of all rays of a shaft, as far as it can be said for all at once and
+    /// without looking at more than `budget` allows: true of each ray in exact arithmetic. Sets `entry`,
+    /// where `from` holds all that these rays can meet, to what of it may be in their way.
+    fn look(&self, shaft: &Shaft<'_>, from: &Entry, budget: Budget, entry: &mut Entry) -> View {
+        let _ = (shaft, from, budget);
+        entry.clear();
+        View::Partly
+    }
+
+    /// As [`occluded`](Self::occluded) for rays of a shaft that was looked through: what is in their
+    /// way is in `entry`.
+    fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        let _ = entry;
+        self.occluded(batch, occluded);
     }
 }
 

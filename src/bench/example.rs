@@ -63,7 +63,7 @@ pub fn visits(order: &OrderEntry) -> Vec<String> {
     let ray = Ray::new(Vec3::new(0.0, 0.9, 0.9), Vec3::X, f32::INFINITY);
     let plan = (order.plan_bvh2)(&tree, &OrderContext::new(&mesh));
     let mut names = Names { tree: &tree, leaf: 0..0, visits: Vec::new() };
-    let hit = single::any_hit(&tree, &plan, Exact, &ray, &mut names);
+    let hit = single::any_hit(&tree, tree.root, &plan, Exact, &ray, &mut names);
     debug_assert!(hit);
     names.visits
 }

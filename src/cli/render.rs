@@ -167,16 +167,23 @@ fn stats_text(
     for class in &stats.classes {
         let _ = write!(
             text,
-            "{}: {} rays, {:.1} % occluded, {} not traced as they bring nothing",
+            "{}: {} rays traced, {:.1} % occluded, {} from below the root",
             class.name,
             class.rays,
             100.0 * class.occluded_share,
-            class.rays_skipped
+            class.rays_from_entries
         );
         if let (Some(nodes), Some(triangles)) = (class.nodes_per_ray, class.triangles_per_ray) {
             let _ = write!(text, ", {nodes:.2} nodes and {triangles:.2} triangles a ray");
         }
         text.push('\n');
+        let all = (class.rays + class.rays_skipped).max(1) as f64;
+        if class.rays_skipped > 0 {
+            let share = 100.0 * class.rays_skipped as f64 / all;
+            let by = class.skipped.iter().map(|s| format!("{} {}", s.rays, s.by));
+            let by = by.collect::<Vec<_>>().join(", ");
+            let _ = writeln!(text, "  {} not traced, {share:.1} %: {by}", class.rays_skipped);
+        }
     }
     text
 }

@@ -8,6 +8,11 @@ use glam::{DVec3, Vec3};
 pub struct Triangle(pub [Vec3; 3]);
 
 impl Triangle {
+    /// How far [`box_around`](Self::box_around) reaches, over the point's coordinates: more than a
+    /// half-ulp, so that rounding goes to the next number at least. One half-ulp each are for rounding
+    /// the point and the end.
+    pub(crate) const POINT_REACH: f32 = 1.25 / (1u32 << 24) as f32;
+
     /// The smallest box around it.
     pub fn bounds(&self) -> Aabb {
         Aabb::of_points(self.0)
@@ -18,13 +23,10 @@ impl Triangle {
     /// reaches no further than `3.5 e l + 1.5 f32::MIN_POSITIVE` from it.
     #[inline]
     pub fn box_around(&self, point: DVec3) -> Aabb {
-        // More than a half-ulp, so that rounding goes to the next number at least. Of the reach, one
-        // half-ulp each are for rounding the point and the end. Without a branch, which could not be
-        // predicted.
-        const REACH: f32 = 1.25 / (1u32 << 24) as f32;
+        // Without a branch, which could not be predicted.
         let bounds = self.bounds();
         let nearest = point.as_vec3().clamp(bounds.min, bounds.max);
-        let reach = nearest.abs() * REACH + Vec3::splat(f32::MIN_POSITIVE);
+        let reach = nearest.abs() * Self::POINT_REACH + Vec3::splat(f32::MIN_POSITIVE);
         Aabb { min: nearest - reach, max: nearest + reach }.overlap(bounds)
     }
 

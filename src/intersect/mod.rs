@@ -50,11 +50,13 @@
 //! than the point. The wide kernels' box test accepts what this one accepts.
 
 mod exact;
+mod lanes;
 mod mode;
 mod watertight;
 
 pub use exact::Stage;
 pub(crate) use exact::hits as hits_exactly;
+pub(crate) use lanes::{HIT_LANES, HitLanes};
 pub use mode::{Exact, Fast, Mode, TriangleTest};
 
 use crate::geometry::{Aabb, Triangle};
@@ -78,6 +80,9 @@ const EDGE_SLACK: f32 = 24.0 / (1u32 << 24) as f32;
 /// finite. Over the scene's extent the ray moves `2^-60` of it along such an axis, far less than
 /// the padding.
 const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
+
+/// Reciprocals and slacks stay finite for directions whose largest component is within these bounds.
+const PLAIN: std::ops::RangeInclusive<f32> = 1.0 / (1u64 << 40) as f32..=(1u64 << 40) as f32;
 
 /// A ray with everything that its tests can compute once.
 #[derive(Clone, Copy, Debug)]
@@ -129,9 +134,6 @@ impl PreparedRay {
         if !valid {
             return None;
         }
-        // Reciprocals and slacks below stay finite for directions within these bounds.
-        const PLAIN: std::ops::RangeInclusive<f32> =
-            1.0 / (1u64 << 40) as f32..=(1u64 << 40) as f32;
         if PLAIN.contains(&length) {
             Some(Self::with_scale(*ray, *ray, bounds, 1.0))
         } else {

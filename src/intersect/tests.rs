@@ -173,3 +173,54 @@ fn both_points_are_on_the_line() {
     }
     assert!(watertight::plane_crossing(&down(0.6, 0.5), &triangle).unwrap().inside.is_none());
 }
+
+#[test]
+fn eight_hits_at_once_are_those_of_one() {
+    let mut random = Random::new(0x1a9e5);
+    let (mut hits, mut asked) = (0, 0);
+    for round in 0..40_000 {
+        let scale = [1.0, 1e-3, 1e4, 1e-20, 1e15][round % 5];
+        let offset = [0.0, 0.0, 1e3, 1e6][round % 4] * scale;
+        let mut lanes = HitLanes::ZERO;
+        let mut given = Vec::new();
+        let mut scene = Aabb::EMPTY;
+        for lane in 0..HIT_LANES {
+            let mut point = || random.point() * scale + Vec3::splat(offset);
+            let mut triangle = Triangle([point(), point(), point()]);
+            if lane == 3 {
+                // A needle.
+                triangle.0[2] = triangle.0[0].lerp(triangle.0[1], 0.7) * 1.000_001;
+            }
+            let [a, b, c] = triangle.0;
+            let target = a.lerp(b, random.unit()).lerp(c, random.unit());
+            let mut ray = random.ray();
+            ray.origin = ray.origin * scale + Vec3::splat(offset);
+            ray.direction = (target - ray.origin) / scale * (random.unit() + 0.5);
+            match random.bits() % 16 {
+                0 => ray.direction.x = -0.0,
+                1 => ray.direction = Vec3::Y,
+                2 => ray.direction = -Vec3::Z,
+                3 => ray.direction *= 1e-30,
+                4 => ray.t_max = 0.7,
+                5 => (ray.t_min, ray.t_max) = (f32::NEG_INFINITY, f32::INFINITY),
+                _ => ray.t_max = f32::INFINITY,
+            }
+            scene = scene.union(triangle.bounds());
+            lanes.set(lane, &ray, &triangle);
+            given.push((ray, triangle));
+        }
+        let distances = lanes.distances(&scene);
+        for ((ray, triangle), t) in given.iter().zip(distances) {
+            let Some(prepared) = PreparedRay::new(ray, &scene) else { continue };
+            // Only of triangles that the line passes through are lanes asked.
+            let Some(expected) = prepared.triangle(triangle) else { continue };
+            hits += 1;
+            if t.is_nan() {
+                asked += 1;
+            } else {
+                assert_eq!(t.to_bits(), expected.to_bits(), "{ray:?} {triangle:?}");
+            }
+        }
+    }
+    assert!(hits > 150_000 && asked < hits / 3, "{asked} of {hits} asked again");
+}

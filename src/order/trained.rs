@@ -227,7 +227,7 @@ mod tests {
     fn counted(tree: &Bvh2, plan: &Plan, set: &RaySet) -> VisitCounts {
         let mut counts = VisitCounts::default();
         for ray in set.rays() {
-            any_hit(tree, plan, crate::intersect::Fast, ray, &mut counts);
+            any_hit(tree, tree.root, plan, crate::intersect::Fast, ray, &mut counts);
         }
         counts
     }

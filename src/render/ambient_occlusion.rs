@@ -2,9 +2,9 @@
 
 use super::sampler::Points;
 use super::surface::SurfacePoint;
-use super::vectorized::vectorized;
 use super::warp::{self, Frame};
 use crate::ray::Ray;
+use crate::vectorized::vectorized;
 use glam::Vec3;
 
 /// The rays of one sample each: direction with density `cos(theta) / pi` about the normal, so that

@@ -150,6 +150,31 @@ impl TileSums {
         }
     }
 
+    /// Adds samples of one pixel that are all lit, or all not. `weights` is empty where all are 1.
+    pub(super) fn add_known(
+        &mut self,
+        class: usize,
+        slot: u8,
+        count: u32,
+        weights: &[f32],
+        is_lit: bool,
+    ) {
+        let ClassSums { lit, all } = &mut self.classes[class];
+        let (lit, all) = (&mut lit[usize::from(slot)], &mut all[usize::from(slot)]);
+        // One after the other, as if they had been traced: the same bits.
+        let mut add = |weight: f64| {
+            *all += weight;
+            if is_lit {
+                *lit += weight;
+            }
+        };
+        if weights.is_empty() {
+            add(f64::from(count));
+        } else {
+            weights.iter().for_each(|&weight| add(f64::from(weight)));
+        }
+    }
+
     /// Adds what the rays of a batch visited.
     pub(super) fn add_visits(&mut self, slots: &[u8], counts: &[VisitCounts]) {
         for (&slot, count) in slots.iter().zip(counts) {

@@ -3,9 +3,9 @@
 use super::film::{Film, FilmBuilder, PrimarySums, TileSums};
 use super::plan::Plan;
 use super::settings::{Pass, RayClass, RenderSettings};
-use super::skip::Skips;
+use super::skip::{Skip, Skips};
 use super::tile::Tile;
-use super::walk::{RayBuffer, Scratch, Walk};
+use super::walk::{Known, RayBuffer, Scratch, Sink, Walk};
 use super::{Progress, TileCount};
 use crate::Result;
 use crate::backend::Accelerator;
@@ -61,7 +61,9 @@ pub fn record(
     progress: Option<Progress<'_>>,
 ) -> Result<Recording> {
     let plan = Plan::new(scene, settings)?;
-    let walk = Walk { scene, accelerator, plan: &plan, skip: Skips::ALL };
+    // All rays that matter are for others to answer, whatever this backend's tree could tell of them.
+    let skip = Skips::NONE.with(Skip::Weightless).with(Skip::DarkLights);
+    let walk = Walk { scene, accelerator, plan: &plan, skip };
     let done = TileCount::new(plan.grid.len(), progress);
     let mut passes: Vec<_> =
         Pass::ALL.into_iter().filter(|&pass| plan.has(pass)).map(RecordedPass::new).collect();
@@ -78,12 +80,10 @@ pub fn record(
             .par_iter()
             .with_max_len(1)
             .map_init(Scratch::default, |scratch, &tile| {
-                let mut batches: Vec<(usize, RayBuffer)> = Vec::new();
-                let walked = walk.tile(tile, scratch, &mut |class, buffer| {
-                    batches.push((class, buffer.clone()));
-                });
+                let mut batches = Batches::default();
+                let walked = walk.tile(tile, scratch, &mut batches);
                 done.add_one();
-                (tile as u32, walked, batches)
+                (tile as u32, walked, batches.0)
             })
             .collect();
         for (tile, walked, batches) in walked {
@@ -91,13 +91,27 @@ pub fn record(
                 passes[pass_of[class]].append(tile, class, &buffer);
             }
             for (class, skipped) in walked.skipped.into_iter().enumerate() {
-                passes[pass_of[class]].skipped += skipped;
+                passes[pass_of[class]].skipped += skipped.iter().sum::<u64>();
             }
             primary_time += walked.primary_time;
             primary.push(walked.primary);
         }
     }
     Ok(Recording { plan, primary, primary_time, passes })
+}
+
+/// Keeps the rays that a walk over a tile finds.
+#[derive(Default)]
+struct Batches(Vec<(usize, RayBuffer)>);
+
+impl Sink for Batches {
+    fn trace(&mut self, class: usize, rays: &RayBuffer) {
+        self.0.push((class, rays.clone()));
+    }
+
+    fn known(&mut self, _: usize, _: &Known<'_>) {
+        unreachable!("only what shafts tell is known, and none are made here");
+    }
 }
 
 impl Recording {

@@ -9,17 +9,39 @@ pub enum Skip {
     Weightless,
     /// Lights that lie below a surface's horizon as a whole, or turn their dark side to it.
     DarkLights,
+    /// Rays to a light that nothing stops, as nothing lies between.
+    LitShafts,
+    /// Rays to a light that one triangle stops, all of them.
+    BlockedShafts,
+    /// Ambient-occlusion rays of points that nothing is near to.
+    OpenHemispheres,
+    /// The upper part of the tree, where rays of a tile can start below it.
+    EntryPoints,
 }
 
 impl Skip {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Weightless, Self::DarkLights];
+    pub const ALL: [Self; 6] = [
+        Self::Weightless,
+        Self::DarkLights,
+        Self::LitShafts,
+        Self::BlockedShafts,
+        Self::OpenHemispheres,
+        Self::EntryPoints,
+    ];
+    /// Those that ask the backend's tree about many rays at once.
+    pub(super) const SHAFTS: [Self; 4] =
+        [Self::LitShafts, Self::BlockedShafts, Self::OpenHemispheres, Self::EntryPoints];
 
     /// As typed and as in reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Weightless => "weightless",
             Self::DarkLights => "dark-lights",
+            Self::LitShafts => "lit-shafts",
+            Self::BlockedShafts => "blocked-shafts",
+            Self::OpenHemispheres => "open-hemispheres",
+            Self::EntryPoints => "entry-points",
         }
     }
 
@@ -28,6 +50,10 @@ impl Skip {
         match self {
             Self::Weightless => "rays of samples below the horizon or on a light's dark side",
             Self::DarkLights => "lights wholly below a point's horizon, or turned away from it",
+            Self::LitShafts => "rays to a light where nothing lies between, by tile and pixel",
+            Self::BlockedShafts => "rays to a light where one triangle stops all, likewise",
+            Self::OpenHemispheres => "ambient-occlusion rays where nothing is near, likewise",
+            Self::EntryPoints => "the top of the tree, where a tile's rays can start below it",
         }
     }
 }

@@ -9,10 +9,10 @@ use super::light_sampling::LightSampling;
 use super::sampler::Points;
 use super::spherical_rectangle::SphericalRectangle;
 use super::surface::{SurfacePoint, offset_distance};
-use super::vectorized::vectorized;
 use super::warp::{self, Frame};
 use crate::ray::Ray;
 use crate::scene::{Light, LightShape};
+use crate::vectorized::vectorized;
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 

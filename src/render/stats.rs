@@ -1,6 +1,7 @@
 //! What rendering took.
 
 use super::plan::Plan;
+use super::skip::Skip;
 use std::time::Duration;
 
 /// What an image took, for reports.
@@ -30,8 +31,12 @@ pub struct ClassStats {
     pub name: String,
     /// Rays that were traced.
     pub rays: u64,
-    /// Rays that were left out, because whatever they met the picture would be the same.
+    /// Rays that were left out, as the picture is the same without them.
     pub rays_skipped: u64,
+    /// The same by what left them out; what left out none is not listed.
+    pub skipped: Vec<Skipped>,
+    /// Rays that started below the root of the tree.
+    pub rays_from_entries: u64,
     /// Traced rays that something stops.
     pub rays_occluded: u64,
     /// `rays_occluded` over `rays`; 0 where there are none.
@@ -41,6 +46,18 @@ pub struct ClassStats {
     /// Triangles tested per ray, in counting runs of backends that count.
     pub triangles_per_ray: Option<f64>,
 }
+
+/// Rays that one kind of skipping left out.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Skipped {
+    /// Which: [`Skip::name`].
+    pub by: &'static str,
+    /// How many rays.
+    pub rays: u64,
+}
+
+/// Rays left out, by what left them out.
+pub(super) type SkippedRays = [u64; Skip::ALL.len()];
 
 /// Sums in whole numbers, so that their order does not matter.
 #[derive(Clone, Debug, Default)]
@@ -54,7 +71,8 @@ pub(super) struct Tally {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ClassTally {
     pub(super) rays: u64,
-    pub(super) skipped: u64,
+    pub(super) skipped: SkippedRays,
+    pub(super) from_entries: u64,
     pub(super) occluded: u64,
     pub(super) nodes: u64,
     pub(super) triangles: u64,
@@ -71,7 +89,10 @@ impl Tally {
         self.shadow_time += other.shadow_time;
         for (class, other) in self.classes.iter_mut().zip(&other.classes) {
             class.rays += other.rays;
-            class.skipped += other.skipped;
+            for (skipped, other) in class.skipped.iter_mut().zip(other.skipped) {
+                *skipped += other;
+            }
+            class.from_entries += other.from_entries;
             class.occluded += other.occluded;
             class.nodes += other.nodes;
             class.triangles += other.triangles;
@@ -85,7 +106,13 @@ impl Tally {
             ClassStats {
                 name: name.clone(),
                 rays: tally.rays,
-                rays_skipped: tally.skipped,
+                rays_skipped: tally.skipped.iter().sum(),
+                skipped: Skip::ALL
+                    .into_iter()
+                    .map(|skip| Skipped { by: skip.name(), rays: tally.skipped[skip as usize] })
+                    .filter(|skipped| skipped.rays > 0)
+                    .collect(),
+                rays_from_entries: tally.from_entries,
                 rays_occluded: tally.occluded,
                 occluded_share: per_ray(tally.occluded),
                 nodes_per_ray: counted.then(|| per_ray(tally.nodes)),

@@ -4,9 +4,9 @@ use super::film::{Film, FilmBuilder, TileSums};
 use super::plan::Plan;
 use super::settings::RenderSettings;
 use super::skip::Skips;
-use super::stats::{ClassTally, RenderStats, Tally};
+use super::stats::{RenderStats, Tally};
 use super::tile::TileOrder;
-use super::walk::{RayBuffer, Scratch, Walk};
+use super::walk::{Known, RayBuffer, Scratch, Sink, Walk};
 use super::{Progress, TileCount};
 use crate::Result;
 use crate::backend::Accelerator;
@@ -14,7 +14,7 @@ use crate::ray::{RayBatch, VisitCounts, words_for};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// How to render: nothing here changes the picture, but for the `nodes` layer of counting runs.
 #[derive(Clone, Copy)]
@@ -66,17 +66,11 @@ pub fn render(
     let order = plan.grid.order(options.order);
     order.par_iter().with_max_len(1).for_each_init(Worker::default, |worker, &tile| {
         let tile = tile as usize;
-        let mut sums = TileSums::new(&plan);
-        let mut tally = Tally::new(&plan);
         let Worker { scratch, answers } = worker;
-        let walked = walk.tile(tile, scratch, &mut |class, buffer| {
-            let class_tally = &mut tally.classes[class];
-            tally.shadow_time += answers.trace(accelerator, buffer, counted, class_tally);
-            sums.add(class, &buffer.slots, &buffer.weights, &answers.occluded);
-            if counted {
-                sums.add_visits(&buffer.slots, &answers.counts);
-            }
-        });
+        let (sums, tally) = (TileSums::new(&plan), Tally::new(&plan));
+        let mut tracing = Tracing { accelerator, counted, answers, sums, tally };
+        let walked = walk.tile(tile, scratch, &mut tracing);
+        let Tracing { sums, mut tally, .. } = tracing;
         for (class, &skipped) in tally.classes.iter_mut().zip(&walked.skipped) {
             class.skipped = skipped;
         }
@@ -111,35 +105,49 @@ struct Answers {
     counts: Vec<VisitCounts>,
 }
 
-impl Answers {
-    /// Traces a batch; returns the time in the backend.
-    fn trace(
-        &mut self,
-        accelerator: &dyn Accelerator,
-        buffer: &RayBuffer,
-        counted: bool,
-        tally: &mut ClassTally,
-    ) -> Duration {
+/// Traces what a walk over a tile finds.
+struct Tracing<'a> {
+    accelerator: &'a dyn Accelerator,
+    counted: bool,
+    answers: &'a mut Answers,
+    sums: TileSums,
+    tally: Tally,
+}
+
+impl Sink for Tracing<'_> {
+    fn trace(&mut self, class: usize, buffer: &RayBuffer) {
+        let Self { accelerator, counted, answers, sums, tally } = self;
         let batch = RayBatch { rays: &buffer.rays };
-        self.occluded.clear();
-        self.occluded.resize(words_for(buffer.rays.len()), 0);
+        let occluded = &mut answers.occluded;
+        occluded.clear();
+        occluded.resize(words_for(buffer.rays.len()), 0);
+        let of_class = &mut tally.classes[class];
         let start;
-        if counted {
-            self.counts.clear();
-            self.counts.resize(buffer.rays.len(), VisitCounts::default());
+        if *counted {
+            answers.counts.clear();
+            answers.counts.resize(buffer.rays.len(), VisitCounts::default());
             start = Instant::now();
-            accelerator.occluded_counted(&batch, &mut self.occluded, &mut self.counts);
+            accelerator.occluded_counted(&batch, occluded, &mut answers.counts);
         } else {
             start = Instant::now();
-            accelerator.occluded(&batch, &mut self.occluded);
+            accelerator.occluded_from(&buffer.entry, &batch, occluded);
+            if buffer.entry.parts().is_some() {
+                of_class.from_entries += buffer.rays.len() as u64;
+            }
         }
-        let time = start.elapsed();
-        tally.rays += buffer.rays.len() as u64;
-        tally.occluded += self.occluded.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
-        if counted {
-            tally.nodes += self.counts.iter().map(|c| u64::from(c.nodes)).sum::<u64>();
-            tally.triangles += self.counts.iter().map(|c| u64::from(c.triangles)).sum::<u64>();
+        tally.shadow_time += start.elapsed();
+        of_class.rays += buffer.rays.len() as u64;
+        of_class.occluded += occluded.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+        sums.add(class, &buffer.slots, &buffer.weights, occluded);
+        if *counted {
+            of_class.nodes += answers.counts.iter().map(|c| u64::from(c.nodes)).sum::<u64>();
+            of_class.triangles +=
+                answers.counts.iter().map(|c| u64::from(c.triangles)).sum::<u64>();
+            sums.add_visits(&buffer.slots, &answers.counts);
         }
-        time
+    }
+
+    fn known(&mut self, class: usize, known: &Known<'_>) {
+        self.sums.add_known(class, known.slot, known.count, known.weights, known.is_lit);
     }
 }

@@ -6,12 +6,17 @@ use super::film::PrimarySums;
 use super::plan::Plan;
 use super::sampler::{Dimension, PixelSampler, Points};
 use super::settings::RayClass;
+use super::shafts::{Aim, Gate, Group, groups};
 use super::skip::{Skip, Skips};
 use super::soft_shadow::{LightSamples, LightView};
+use super::stats::SkippedRays;
 use super::surface::SurfacePoint;
+use super::surface_lanes::points_seen;
 use crate::backend::Accelerator;
-use crate::ray::Ray;
-use crate::scene::Scene;
+use crate::ray::{Hit, Ray};
+use crate::scene::{Light, Scene};
+use crate::trace::shaft::{Budget, Entry, Shaft, View};
+use glam::Vec3;
 use std::time::{Duration, Instant};
 
 /// Most rays of a batch: 128 KiB of rays, so that a batch stays in a core's own cache.
@@ -25,10 +30,34 @@ pub(super) struct RayBuffer {
     pub(super) slots: Vec<u8>,
     /// For each ray its weight; empty where all weights are 1.
     pub(super) weights: Vec<f32>,
+    /// Where in the backend's tree all that is in their way is.
+    pub(super) entry: Entry,
+}
+
+/// Samples of one pixel that are all lit, or none of them.
+pub(super) struct Known<'a> {
+    pub(super) slot: u8,
+    pub(super) count: u32,
+    /// Empty where all weights are 1.
+    pub(super) weights: &'a [f32],
+    pub(super) is_lit: bool,
+}
+
+/// Takes what a walk finds, each pixel's in the order of its samples.
+pub(super) trait Sink {
+    /// Rays of a class that are to be traced.
+    fn trace(&mut self, class: usize, rays: &RayBuffer);
+    /// Samples of a class that need not be.
+    fn known(&mut self, class: usize, known: &Known<'_>);
 }
 
 impl RayBuffer {
-    fn clear(&mut self) {
+    /// Hands over what has gathered.
+    fn flush(&mut self, class: usize, sink: &mut dyn Sink) {
+        if self.rays.is_empty() {
+            return;
+        }
+        sink.trace(class, self);
         self.rays.clear();
         self.slots.clear();
         self.weights.clear();
@@ -47,7 +76,10 @@ pub(super) struct Walk<'a> {
 #[derive(Default)]
 pub(super) struct Scratch {
     buffers: Vec<RayBuffer>,
+    gaze: Gaze,
     surfaces: Vec<Visible>,
+    groups: Vec<Group>,
+    origins: Vec<Vec3>,
     samples: Samples,
 }
 
@@ -59,6 +91,14 @@ struct Samples {
     of_light: LightSamples,
 }
 
+/// Camera rays of a tile's pixels, what each hits, and the points of those that hit something.
+#[derive(Default)]
+struct Gaze {
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    points: Vec<SurfacePoint>,
+}
+
 struct Visible {
     slot: u8,
     sampler: PixelSampler,
@@ -68,149 +108,252 @@ struct Visible {
 /// What is known of a tile besides its shadow rays.
 pub(super) struct TileWalk {
     pub(super) primary: PrimarySums,
-    /// For each class the rays that were left out.
-    pub(super) skipped: Vec<u64>,
+    /// For each class the rays that were left out, by reason.
+    pub(super) skipped: Vec<SkippedRays>,
     pub(super) primary_time: Duration,
 }
 
 impl Walk<'_> {
-    /// Walks a tile, handing each batch of shadow rays to `flush` with its class's index.
-    pub(super) fn tile(
-        &self,
-        tile: usize,
-        scratch: &mut Scratch,
-        flush: &mut dyn FnMut(usize, &RayBuffer),
-    ) -> TileWalk {
+    /// Walks a tile.
+    pub(super) fn tile(&self, tile: usize, scratch: &mut Scratch, sink: &mut dyn Sink) -> TileWalk {
         scratch.buffers.resize_with(self.plan.classes.len(), RayBuffer::default);
         let mut walk = TileWalk {
             primary: PrimarySums::default(),
-            skipped: vec![0; self.plan.classes.len()],
+            skipped: vec![SkippedRays::default(); self.plan.classes.len()],
             primary_time: Duration::ZERO,
         };
         for camera_sample in 0..self.plan.settings.camera_samples {
             let start = Instant::now();
-            self.look(tile, camera_sample, &mut scratch.surfaces);
+            self.look(tile, camera_sample, &mut scratch.gaze, &mut scratch.surfaces);
             walk.primary_time += start.elapsed();
             for visible in &scratch.surfaces {
                 walk.primary.add(visible.slot, &visible.surface);
             }
-            for class in 0..self.plan.classes.len() {
-                walk.skipped[class] += self.sample_class(class, camera_sample, scratch, flush);
+            let bounds = self.accelerator.looks_within();
+            let looks = bounds.is_some() && (0..walk.skipped.len()).any(|class| self.looks(class));
+            if looks {
+                scratch.groups = groups(scratch.surfaces.iter().map(|visible| &visible.surface));
+            }
+            for (class, skipped) in walk.skipped.iter_mut().enumerate() {
+                self.sample_class(class, camera_sample, scratch, sink, skipped);
+            }
+            // What is known is added at once, so what comes before it must not wait.
+            if looks {
+                scratch.flush_all(sink);
             }
         }
-        for (class, buffer) in scratch.buffers.iter_mut().enumerate() {
-            if !buffer.rays.is_empty() {
-                flush(class, buffer);
-                buffer.clear();
-            }
-        }
+        scratch.flush_all(sink);
         walk
     }
 
     /// Finds what one camera sample of each of the tile's pixels sees.
-    fn look(&self, tile: usize, camera_sample: u32, surfaces: &mut Vec<Visible>) {
+    fn look(&self, tile: usize, camera_sample: u32, gaze: &mut Gaze, surfaces: &mut Vec<Visible>) {
         let settings = &self.plan.settings;
-        surfaces.clear();
+        let tile = self.plan.grid.tile(tile);
+        let view = self.scene.camera.view(settings.size);
         let mut points = Points::default();
-        for (slot, [x, y]) in self.plan.grid.tile(tile).pixels() {
-            let sampler = PixelSampler::new(settings.sampler, settings.seed, x, y);
+        let sampler = |[x, y]: [u32; 2]| PixelSampler::new(settings.sampler, settings.seed, x, y);
+        gaze.rays.clear();
+        gaze.rays.extend(tile.pixels().map(|(_, [x, y])| {
             let [dx, dy] = if settings.camera_samples == 1 {
                 [0.5, 0.5]
             } else {
                 let (all, one) = (settings.camera_samples, camera_sample..camera_sample + 1);
-                sampler.fill(Dimension::Camera, [0, all], one, &mut points);
+                sampler([x, y]).fill(Dimension::Camera, [0, all], one, &mut points);
                 points.get(0).map(f64::from)
             };
-            let (px, py) = ((f64::from(x) + dx) as f32, (f64::from(y) + dy) as f32);
-            let ray = self.scene.camera.ray(px, py, settings.size);
-            if let Some(hit) = self.accelerator.closest_hit(&ray) {
-                let triangle = self.scene.mesh.triangle(hit.triangle as usize);
-                let surface = SurfacePoint::new(&triangle, &ray);
-                surfaces.push(Visible { slot: slot as u8, sampler, surface });
-            }
+            view.ray((f64::from(x) + dx) as f32, (f64::from(y) + dy) as f32)
+        }));
+        gaze.hits.resize(gaze.rays.len(), None);
+        self.accelerator.closest_hits(&gaze.rays, &mut gaze.hits);
+        surfaces.clear();
+        points_seen(&self.scene.mesh, &gaze.rays, &gaze.hits, &mut gaze.points);
+        let seen = tile.pixels().zip(&gaze.hits).filter(|(_, hit)| hit.is_some());
+        for (((slot, pixel), _), &surface) in seen.zip(&gaze.points) {
+            surfaces.push(Visible { slot: slot as u8, sampler: sampler(pixel), surface });
         }
     }
 
-    /// Adds the rays of one class for what one camera sample sees; returns how many it left out.
+    /// Whether shafts are made for a class: where there are enough rays to pay for them.
+    fn looks(&self, class: usize) -> bool {
+        self.plan.classes[class].samples >= LEAST_LOOKED_FOR
+            && Skip::SHAFTS.into_iter().any(|skip| self.skip.has(skip))
+    }
+
+    /// Adds the rays of one class for what one camera sample sees.
     fn sample_class(
         &self,
         class: usize,
         camera_sample: u32,
         scratch: &mut Scratch,
-        flush: &mut dyn FnMut(usize, &RayBuffer),
-    ) -> u64 {
-        let plan = &self.plan.classes[class];
-        let Scratch { buffers, surfaces, samples } = scratch;
-        let buffer = &mut buffers[class];
-        let mut skipped = 0;
-        for visible in surfaces {
-            let surface = &visible.surface;
-            let view = match plan.class {
-                RayClass::Shadow { light } => {
-                    let light = &self.scene.lights[light];
-                    Some(LightView::new(light, surface, self.plan.settings.light_sampling))
-                }
-                _ => None,
+        sink: &mut dyn Sink,
+        skipped: &mut SkippedRays,
+    ) {
+        let of_class = &self.plan.classes[class];
+        let light = match of_class.class {
+            RayClass::Shadow { light } => Some(&self.scene.lights[light]),
+            _ => None,
+        };
+        let mut pixels = Pixels {
+            walk: self,
+            class,
+            block: [camera_sample, of_class.samples],
+            light,
+            buffer: &mut scratch.buffers[class],
+            samples: &mut scratch.samples,
+            sink,
+            skipped,
+        };
+        let Some(bounds) = self.accelerator.looks_within().filter(|_| self.looks(class)) else {
+            scratch.surfaces.iter().for_each(|visible| pixels.add(visible, View::Partly));
+            return;
+        };
+        let radius = match of_class.class {
+            RayClass::AmbientOcclusion => self.plan.settings.ao_radius,
+            _ => f32::INFINITY,
+        };
+        let (mut entry, mut of_pixel) = (Entry::WHOLE, Entry::WHOLE);
+        let look = |shaft: &Option<Shaft<'_>>, from: &Entry, budget, entry: &mut Entry| {
+            let shaft = shaft.as_ref();
+            shaft.map_or(View::Partly, |s| self.accelerator.look(s, from, budget, entry))
+        };
+        for group in &scratch.groups {
+            let members = group.members.iter().map(|&index| &scratch.surfaces[index]);
+            scratch.origins.clear();
+            scratch.origins.extend(members.clone().map(|visible| visible.surface.origin));
+            let origins = &scratch.origins[..];
+            let aim = match light {
+                Some(light) => Aim::at_light(light, origins, &bounds),
+                None => Some(Aim::into_hemisphere(radius)),
             };
-            if view.is_some_and(|view| view.is_dark() && self.skip.has(Skip::DarkLights)) {
-                skipped += u64::from(plan.samples);
-                continue;
+            entry.clear();
+            let shaft = aim.as_ref().and_then(|aim| aim.shaft(origins, group.normal, &bounds));
+            let of_group = look(&shaft, &Entry::WHOLE, GROUP_BUDGET, &mut entry);
+            if self.skip.has(Skip::EntryPoints) && of_group == View::Partly {
+                pixels.start_at(&entry);
             }
-            let mut start = 0;
-            while start < plan.samples {
-                let end = plan.samples.min(start + BATCH_RAYS as u32);
-                if buffer.rays.len() + (end - start) as usize > BATCH_RAYS {
-                    flush(class, buffer);
-                    buffer.clear();
+            let mut gate = Gate::default();
+            let by_pixel = of_group == View::Partly && origins.len() > 1;
+            for (visible, origin) in members.zip(origins) {
+                let mut view = of_group;
+                if let Some(aim) = aim.as_ref().filter(|_| by_pixel && gate.is_open()) {
+                    let normal = Some(visible.surface.normal);
+                    let shaft = aim.shaft(std::slice::from_ref(origin), normal, &bounds);
+                    view = look(&shaft, &entry, PIXEL_BUDGET, &mut of_pixel);
+                    gate.note(view != View::Partly);
                 }
-                let block = [camera_sample, plan.samples];
-                let fill = visible.sampler;
-                let fill = |dimension, points: &mut Points| {
-                    fill.fill(dimension, block, start..end, points);
-                };
-                let before = buffer.rays.len();
-                match (plan.class, view) {
-                    (RayClass::Shadow { light }, Some(view)) => {
-                        fill(Dimension::Light(light), &mut samples.points);
-                        skipped += self.add_light(&view, samples, buffer);
-                    }
-                    (RayClass::AmbientOcclusionUnbounded, _) => {
-                        fill(Dimension::AmbientOcclusionUnbounded, &mut samples.points);
-                        add_ambient(surface, f32::INFINITY, samples, buffer);
-                    }
-                    _ => {
-                        fill(Dimension::AmbientOcclusion, &mut samples.points);
-                        add_ambient(surface, self.plan.settings.ao_radius, samples, buffer);
-                    }
-                }
-                let added = buffer.rays.len() - before;
-                buffer.slots.extend(std::iter::repeat_n(visible.slot, added));
-                start = end;
+                pixels.add(visible, view);
             }
         }
-        skipped
-    }
-
-    /// Adds rays to a light; returns how many it left out.
-    fn add_light(&self, view: &LightView, samples: &mut Samples, buffer: &mut RayBuffer) -> u64 {
-        let Samples { points, of_light, .. } = samples;
-        view.sample_all(points, of_light);
-        let skip = self.skip.has(Skip::Weightless);
-        let mut skipped = 0;
-        for (index, &weight) in of_light.weights()[..points.len()].iter().enumerate() {
-            if skip && weight == 0.0 {
-                skipped += 1;
-                continue;
-            }
-            buffer.rays.push(view.ray(of_light.direction(index)));
-            buffer.weights.push(weight);
-        }
-        skipped
+        pixels.start_at(&Entry::WHOLE);
     }
 }
 
-/// Adds ambient-occlusion rays.
-fn add_ambient(surface: &SurfacePoint, radius: f32, samples: &mut Samples, buffer: &mut RayBuffer) {
-    let Samples { points, directions, .. } = samples;
-    ambient_occlusion::rays(surface, points, radius, directions, &mut buffer.rays);
+impl Scratch {
+    fn flush_all(&mut self, sink: &mut dyn Sink) {
+        for (class, buffer) in self.buffers.iter_mut().enumerate() {
+            buffer.flush(class, sink);
+        }
+    }
+}
+
+/// Fewer samples are traced sooner than looked after.
+const LEAST_LOOKED_FOR: u32 = 4;
+/// What is looked at for a group of pixels, and for one.
+const GROUP_BUDGET: Budget = Budget { nodes: 24, triangles: 32 };
+const PIXEL_BUDGET: Budget = Budget { nodes: 0, triangles: 8 };
+
+/// What turns pixels into samples of one class.
+struct Pixels<'a, 'w> {
+    walk: &'a Walk<'w>,
+    class: usize,
+    /// Which block of each pixel's points, and how many they are.
+    block: [u32; 2],
+    light: Option<&'a Light>,
+    buffer: &'a mut RayBuffer,
+    samples: &'a mut Samples,
+    sink: &'a mut dyn Sink,
+    skipped: &'a mut SkippedRays,
+}
+
+impl Pixels<'_, '_> {
+    /// Has rays start there from now on.
+    fn start_at(&mut self, entry: &Entry) {
+        if entry.parts().is_some() || self.buffer.entry.parts().is_some() {
+            self.buffer.flush(self.class, self.sink);
+            self.buffer.entry.clone_from(entry);
+        }
+    }
+
+    /// Adds the samples of one pixel, of which that is known.
+    fn add(&mut self, visible: &Visible, view: View) {
+        let count = self.block[1];
+        let settings = &self.walk.plan.settings;
+        let skip = |skip| self.walk.skip.has(skip);
+        let view_of_light = self
+            .light
+            .map(|light| LightView::new(light, &visible.surface, settings.light_sampling));
+        if view_of_light.is_some_and(|light| light.is_dark()) && skip(Skip::DarkLights) {
+            self.skipped[Skip::DarkLights as usize] += u64::from(count);
+            return;
+        }
+        let by = match view {
+            View::Open if self.light.is_some() => Some(Skip::LitShafts),
+            View::Open => Some(Skip::OpenHemispheres),
+            View::Blocked => Some(Skip::BlockedShafts),
+            View::Partly => None,
+        };
+        let by = by.filter(|by| skip(*by));
+        if let (Some(by), None) = (by, view_of_light) {
+            self.skipped[by as usize] += u64::from(count);
+            let is_lit = view == View::Open;
+            let known = Known { slot: visible.slot, count, weights: &[], is_lit };
+            self.sink.known(self.class, &known);
+            return;
+        }
+        let (dimension, radius) = match self.walk.plan.classes[self.class].class {
+            RayClass::AmbientOcclusion => (Dimension::AmbientOcclusion, settings.ao_radius),
+            RayClass::AmbientOcclusionUnbounded => {
+                (Dimension::AmbientOcclusionUnbounded, f32::INFINITY)
+            }
+            RayClass::Shadow { light } => (Dimension::Light(light), 0.0),
+        };
+        let mut start = 0;
+        while start < count {
+            let end = count.min(start + BATCH_RAYS as u32);
+            if self.buffer.rays.len() + (end - start) as usize > BATCH_RAYS {
+                self.buffer.flush(self.class, self.sink);
+            }
+            let Samples { points, directions, of_light } = &mut *self.samples;
+            visible.sampler.fill(dimension, self.block, start..end, points);
+            start = end;
+            let before = self.buffer.rays.len();
+            let Some(light) = &view_of_light else {
+                let rays = &mut self.buffer.rays;
+                ambient_occlusion::rays(&visible.surface, points, radius, directions, rays);
+                self.buffer.slots.extend(std::iter::repeat_n(visible.slot, points.len()));
+                continue;
+            };
+            light.sample_all(points, of_light);
+            let weights = &of_light.weights()[..points.len()];
+            if let Some(by) = by {
+                let weightless = weights.iter().filter(|&&weight| weight == 0.0).count() as u64;
+                self.skipped[Skip::Weightless as usize] += weightless;
+                self.skipped[by as usize] += points.len() as u64 - weightless;
+                let (count, is_lit) = (points.len() as u32, view == View::Open);
+                let known = Known { slot: visible.slot, count, weights, is_lit };
+                self.sink.known(self.class, &known);
+                continue;
+            }
+            for (index, &weight) in weights.iter().enumerate() {
+                if weight != 0.0 || !self.walk.skip.has(Skip::Weightless) {
+                    self.buffer.rays.push(light.ray(of_light.direction(index)));
+                    self.buffer.weights.push(weight);
+                }
+            }
+            let added = self.buffer.rays.len() - before;
+            self.skipped[Skip::Weightless as usize] += (points.len() - added) as u64;
+            self.buffer.slots.extend(std::iter::repeat_n(visible.slot, added));
+        }
+    }
 }

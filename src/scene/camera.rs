@@ -43,15 +43,47 @@ impl Camera {
         Ok(())
     }
 
-    /// The ray through `(x, y)` in pixels (from the upper left corner, pixel centres at .5) of an
-    /// image of `size` pixels. The direction has unit length.
+    /// The ray through `(x, y)` in an image of `size` pixels: see [`View::ray`].
     pub fn ray(&self, x: f32, y: f32, size: [u32; 2]) -> Ray {
+        self.view(size).ray(x, y)
+    }
+
+    /// What the rays of an image of `size` pixels have in common.
+    pub fn view(&self, size: [u32; 2]) -> View {
         let [width, height] = size.map(|n| n as f32);
         let forward = (self.look_at - self.eye).normalize();
         let right = forward.cross(self.up).normalize();
         let up = right.cross(forward);
         let half_height = (0.5 * self.fov_degrees.to_radians()).tan();
         let half_width = half_height * width / height;
+        View {
+            eye: self.eye,
+            axes: [forward, right, up],
+            half: [half_width, half_height],
+            size: [width, height],
+        }
+    }
+}
+
+/// A camera that is set up for an image of a certain size.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    eye: Vec3,
+    /// Forwards, to the right and upwards, of unit length.
+    axes: [Vec3; 3],
+    /// Half of the image's width and height at distance 1.
+    half: [f32; 2],
+    /// Width and height in pixels.
+    size: [f32; 2],
+}
+
+impl View {
+    /// The ray through `(x, y)` in pixels, from the upper left corner, pixel centres at .5. The
+    /// direction has unit length.
+    #[inline]
+    pub fn ray(&self, x: f32, y: f32) -> Ray {
+        let ([width, height], [half_width, half_height]) = (self.size, self.half);
+        let [forward, right, up] = self.axes;
         let direction = forward
             + right * (half_width * (2.0 * x / width - 1.0))
             + up * (half_height * (1.0 - 2.0 * y / height));

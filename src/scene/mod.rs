@@ -18,7 +18,7 @@ mod toml_spans;
 mod transform;
 mod zstd;
 
-pub use camera::Camera;
+pub use camera::{Camera, View};
 pub use check::InvalidValue;
 pub use export::export;
 pub use formats::{FORMATS, Format};

@@ -3,6 +3,7 @@
 
 pub mod kd;
 pub mod packet;
+pub mod shaft;
 pub mod single;
 pub mod wide;
 

@@ -6,7 +6,7 @@
 use super::Counter;
 use crate::intersect::{PreparedRay, TriangleTest};
 use crate::ray::{Hit, Ray};
-use crate::tree::{Bvh2, MAX_DEPTH, Node2, NodeBits, Plan};
+use crate::tree::{Bvh2, ChildRef, MAX_DEPTH, Node2, NodeBits, Plan};
 
 /// Which of two children that the ray enters at the given distances comes first.
 pub(super) trait FirstChild {
@@ -44,30 +44,33 @@ impl FirstChild for FarFirst {
     }
 }
 
-/// Whether anything is in the way of `ray`, visiting children as `plan` says.
+/// Whether anything below `from`, which for all of the tree is its root, is in the way of `ray`,
+/// visiting children as `plan` says.
 #[inline]
 pub fn any_hit<T: TriangleTest, C: Counter>(
     tree: &Bvh2,
+    from: Option<ChildRef>,
     plan: &Plan,
     test: T,
     ray: &Ray,
     counter: &mut C,
 ) -> bool {
     match plan {
-        Plan::Fixed(bits) => any_hit_by(tree, &Fixed(bits), test, ray, counter),
-        Plan::Near => any_hit_by(tree, &NearFirst, test, ray, counter),
-        Plan::Far => any_hit_by(tree, &FarFirst, test, ray, counter),
+        Plan::Fixed(bits) => any_hit_by(tree, from, &Fixed(bits), test, ray, counter),
+        Plan::Near => any_hit_by(tree, from, &NearFirst, test, ray, counter),
+        Plan::Far => any_hit_by(tree, from, &FarFirst, test, ray, counter),
     }
 }
 
 fn any_hit_by<F: FirstChild, T: TriangleTest, C: Counter>(
     tree: &Bvh2,
+    from: Option<ChildRef>,
     order: &F,
     test: T,
     ray: &Ray,
     counter: &mut C,
 ) -> bool {
-    let Some(root) = tree.root else { return false };
+    let Some(root) = from else { return false };
     let Some(prepared) = PreparedRay::new(ray, &tree.bounds) else { return false };
     if prepared.enter(&tree.bounds).is_none() {
         return false;

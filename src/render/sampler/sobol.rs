@@ -1,7 +1,7 @@
 //! Sobol points, scrambled as by Owen for each pixel and dimension.
 
 use super::{Request, SamplerEntry, mix};
-use crate::render::vectorized::vectorized;
+use crate::vectorized::vectorized;
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 use std::sync::OnceLock;
 

@@ -22,7 +22,8 @@ fn assert_as_single(tree: &Bvh2, rays: &[Ray]) -> u64 {
 
 fn assert_mode_as_single<T: TriangleTest>(tree: &Bvh2, rays: &[Ray], test: T) -> u64 {
     let expected = |plan: &Plan| {
-        let hits = rays.iter().map(|ray| single::any_hit(tree, plan, test, ray, &mut NoCount));
+        let hits =
+            rays.iter().map(|ray| single::any_hit(tree, tree.root, plan, test, ray, &mut NoCount));
         hits.enumerate().fold(0, |mask, (i, hit)| mask | u64::from(hit) << i)
     };
     let plans = plans(tree);

@@ -3,7 +3,7 @@
 
 use super::leaf::{Facets, Lines, test};
 use super::occluders::Occluders;
-use super::rays::{Rays, STREAM, load_3};
+use super::rays::{Rays, Row, STREAM, load_3};
 use super::simd::{LANES, Wide};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
@@ -12,6 +12,49 @@ use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
 #[inline(always)]
 pub(super) fn of_group<W: Wide>(mask: u64, group: usize) -> u64 {
     mask >> (group * W::GROUP) & (u64::MAX >> (STREAM - W::GROUP))
+}
+
+/// What a group's rays are tested against boxes with.
+struct Slabs<W: Wide> {
+    reciprocal: [W::Floats; 3],
+    near: [W::Floats; 3],
+    far: [W::Floats; 3],
+    t_min: W::Floats,
+    t_max: W::Floats,
+    /// For each axis the side of the entry plane.
+    entry_side: [usize; 3],
+}
+
+impl<W: Wide> Slabs<W> {
+    #[inline(always)]
+    fn new(w: W, rays: &Rays<'_>, group: usize) -> Self {
+        let octant = usize::from(rays.octants[group]);
+        Self {
+            reciprocal: load_3(w, &rays.reciprocal, group),
+            near: load_3(w, &rays.near, group),
+            far: load_3(w, &rays.far, group),
+            t_min: w.load(&rays.t_min, group),
+            t_max: w.load(&rays.t_max, group),
+            entry_side: [octant & 1, octant >> 1 & 1, octant >> 2 & 1],
+        }
+    }
+
+    /// The rays that meet a child's box, one bit each, and where all enter it.
+    #[inline(always)]
+    fn meets(&self, w: W, node: &Node8, slot: usize) -> (u64, W::Floats) {
+        let ([rx, ry, rz], [nx, ny, nz], [fx, fy, fz]) = (self.reciprocal, self.near, self.far);
+        let ([side_x, side_y, side_z], [planes_x, planes_y, planes_z]) =
+            (self.entry_side, &node.planes);
+        let enters_x = w.mul_sub(w.splat(planes_x[side_x][slot]), rx, nx);
+        let enters_y = w.mul_sub(w.splat(planes_y[side_y][slot]), ry, ny);
+        let enters_z = w.mul_sub(w.splat(planes_z[side_z][slot]), rz, nz);
+        let leaves_x = w.mul_sub(w.splat(planes_x[1 - side_x][slot]), rx, fx);
+        let leaves_y = w.mul_sub(w.splat(planes_y[1 - side_y][slot]), ry, fy);
+        let leaves_z = w.mul_sub(w.splat(planes_z[1 - side_z][slot]), rz, fz);
+        let entry = w.max(enters_z, w.max(enters_y, w.max(enters_x, self.t_min)));
+        let exit = w.min(leaves_z, w.min(leaves_y, w.min(leaves_x, self.t_max)));
+        (w.bits(w.less_equal(entry, exit)), entry)
+    }
 }
 
 /// For each child the active rays that meet it, and which children any meet.
@@ -29,25 +72,43 @@ pub(super) fn node_by_group<W: Wide>(
         if here == 0 {
             continue;
         }
-        let octant = usize::from(rays.octants[group]);
-        let (side_x, side_y, side_z) = (octant & 1, octant >> 1 & 1, octant >> 2 & 1);
-        let [rx, ry, rz] = load_3(w, &rays.reciprocal, group);
-        let [nx, ny, nz] = load_3(w, &rays.near, group);
-        let [fx, fy, fz] = load_3(w, &rays.far, group);
-        let (t_min, t_max) = (w.load(&rays.t_min, group), w.load(&rays.t_max, group));
-        let [planes_x, planes_y, planes_z] = &node.planes;
-        for slot in 0..(node.len as usize).min(WIDTH) {
-            let enters_x = w.mul_sub(w.splat(planes_x[side_x][slot]), rx, nx);
-            let enters_y = w.mul_sub(w.splat(planes_y[side_y][slot]), ry, ny);
-            let enters_z = w.mul_sub(w.splat(planes_z[side_z][slot]), rz, nz);
-            let leaves_x = w.mul_sub(w.splat(planes_x[1 - side_x][slot]), rx, fx);
-            let leaves_y = w.mul_sub(w.splat(planes_y[1 - side_y][slot]), ry, fy);
-            let leaves_z = w.mul_sub(w.splat(planes_z[1 - side_z][slot]), rz, fz);
-            let entry = w.max(enters_z, w.max(enters_y, w.max(enters_x, t_min)));
-            let exit = w.min(leaves_z, w.min(leaves_y, w.min(leaves_x, t_max)));
-            let meet = w.bits(w.less_equal(entry, exit)) & here;
-            met[slot] |= meet << (group * W::GROUP);
+        let slabs = Slabs::new(w, rays, group);
+        for (slot, met) in met.iter_mut().enumerate().take(node.len as usize) {
+            let meet = slabs.meets(w, node, slot).0 & here;
+            *met |= meet << (group * W::GROUP);
             any |= u32::from(meet != 0) << slot;
+        }
+    }
+    (met, any)
+}
+
+/// As [`node_by_group`], for some of the children, one bit each. Writes where rays enter the boxes, a row
+/// for each child.
+#[inline(always)]
+pub(super) fn entries_by_group<W: Wide>(
+    w: W,
+    node: &Node8,
+    children: u32,
+    rays: &Rays<'_>,
+    active: u64,
+    entries: &mut [Row; WIDTH],
+) -> ([u64; WIDTH], u32) {
+    let mut met = [0; WIDTH];
+    let mut any = 0;
+    for group in 0..STREAM / W::GROUP {
+        let here = of_group::<W>(active, group);
+        if here == 0 {
+            continue;
+        }
+        let slabs = Slabs::new(w, rays, group);
+        let mut left = children;
+        while left != 0 {
+            let slot = left.trailing_zeros() as usize % WIDTH;
+            left &= left - 1;
+            let (meet, entry) = slabs.meets(w, node, slot);
+            w.store(&mut entries[slot], group, entry);
+            met[slot] |= (meet & here) << (group * W::GROUP);
+            any |= u32::from(meet & here != 0) << slot;
         }
     }
     (met, any)
@@ -87,7 +148,7 @@ pub(super) fn leaf_by_group<W: Wide, C: PacketCounter>(
 
 /// The rays of a group, one in each lane.
 #[inline(always)]
-fn lines_of<W: Wide>(w: W, rays: &Rays<'_>, group: usize) -> Lines<W> {
+pub(super) fn lines_of<W: Wide>(w: W, rays: &Rays<'_>, group: usize) -> Lines<W> {
     Lines {
         origin: load_3(w, &rays.origin, group),
         direction: load_3(w, &rays.direction, group),
@@ -97,6 +158,22 @@ fn lines_of<W: Wide>(w: W, rays: &Rays<'_>, group: usize) -> Lines<W> {
         edge_slack: w.load(&rays.edge_slack, group),
         start_slack: w.load(&rays.start_slack, group),
         end_slack: w.load(&rays.end_slack, group),
+    }
+}
+
+/// One triangle of a leaf, in all lanes.
+#[inline(always)]
+pub(super) fn facet_of<W: Wide>(w: W, tree: &Bvh8, leaf: ChildRef, triangle: usize) -> Facets<W> {
+    let slots = leaf.leaf_slots();
+    let count = slots.len();
+    let block = &tree.leaves[slots.start * LEAF_ROWS + triangle..][..(LEAF_ROWS - 1) * count + 1];
+    let at = |row: usize| w.splat(block[row * count]);
+    Facets {
+        corner: [at(0), at(1), at(2)],
+        first: [at(3), at(4), at(5)],
+        second: [at(6), at(7), at(8)],
+        normal: [at(9), at(10), at(11)],
+        height: at(12),
     }
 }
 
@@ -115,17 +192,7 @@ fn stopped_by<W: Wide, C: PacketCounter>(
     counter: &mut C,
 ) -> u64 {
     let slots = leaf.leaf_slots();
-    let count = slots.len();
-    let block = &tree.leaves[slots.start * LEAF_ROWS + triangle..][..(LEAF_ROWS - 1) * count + 1];
-    let at = |row: usize| w.splat(block[row * count]);
-    let facets = Facets {
-        corner: [at(0), at(1), at(2)],
-        first: [at(3), at(4), at(5)],
-        second: [at(6), at(7), at(8)],
-        normal: [at(9), at(10), at(11)],
-        height: at(12),
-    };
-    let certain = test(w, &facets, lines);
+    let certain = test(w, &facet_of(w, tree, leaf, triangle), lines);
     let mut hits = certain.hits & active;
     let mut doubtful = !(certain.misses | certain.hits) & active;
     while doubtful != 0 {

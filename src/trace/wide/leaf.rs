@@ -85,9 +85,27 @@ pub(super) struct Certain {
     pub(super) hits: u64,
 }
 
+/// Where lines meet triangles' planes, and what is certain of them.
+#[derive(Clone, Copy)]
+pub(super) struct Crossings<V: Vector> {
+    pub(super) certain: Certain,
+    /// `|D|`.
+    slope: V::Floats,
+    /// `T`, with the sign of `D` taken out.
+    height: V::Floats,
+    /// `|C|`.
+    reach: V::Floats,
+}
+
 /// Tests in all lanes.
 #[inline(always)]
 pub(super) fn test<V: Vector>(v: V, facets: &Facets<V>, lines: &Lines<V>) -> Certain {
+    crossings(v, facets, lines).certain
+}
+
+/// As [`test`], and keeps what distances are found from.
+#[inline(always)]
+pub(super) fn crossings<V: Vector>(v: V, facets: &Facets<V>, lines: &Lines<V>) -> Crossings<V> {
     let to_corner: [V::Floats; 3] =
         std::array::from_fn(|i| v.sub(facets.corner[i], lines.origin[i]));
     let moment = v.cross(to_corner, lines.direction);
@@ -114,15 +132,41 @@ pub(super) fn test<V: Vector>(v: V, facets: &Facets<V>, lines: &Lines<V>) -> Cer
     let outside = v.either(v.less(start_slack, to_start), v.less(to_end, minus(end_slack)));
     let through = v.less(edge_slack, least);
     let within = v.both(v.less(to_start, minus(start_slack)), v.less(end_slack, to_end));
-    Certain {
+    let certain = Certain {
         misses: v.bits(v.both(sure, v.either(beside, outside))),
         hits: v.bits(v.both(sure, v.both(through, within))),
+    };
+    Crossings { certain, slope, height, reach }
+}
+
+impl<V: Vector> Crossings<V> {
+    /// Bounds of the distance at which the plain test finds the plane, and the lanes that they hold for,
+    /// one bit each.
+    ///
+    /// They are held against the plane as the ends of an interval are, so how they were found does not
+    /// matter.
+    #[inline(always)]
+    pub(super) fn distances(&self, v: V, lines: &Lines<V>) -> ([V::Floats; 2], u64) {
+        let unit = v.mul(lines.slope_slack, v.splat(END_SLACK / SLOPE_SLACK));
+        let slack = |t| {
+            let of_t = v.mul_add(v.abs(t), unit, v.splat(UNDERFLOW));
+            v.mul_add(self.reach, v.splat(HEIGHT_SLACK), of_t)
+        };
+        let reciprocal = v.div(v.splat(1.0), self.slope);
+        let slack_here = slack(v.mul(self.height, reciprocal));
+        let twice = v.add(slack_here, slack_here);
+        let lower = v.mul(v.sub(self.height, twice), reciprocal);
+        let upper = v.mul(v.add(self.height, twice), reciprocal);
+        let after_lower = v.sub(v.splat(0.0), v.mul_sub(lower, self.slope, self.height));
+        let before_upper = v.mul_sub(upper, self.slope, self.height);
+        let hold = v.both(v.less(slack(lower), after_lower), v.less(slack(upper), before_upper));
+        ([lower, upper], v.bits(hold))
     }
 }
 
 /// Ray `index` in all lanes.
 #[inline(always)]
-fn one_of<S: Simd>(s: S, rays: &Rays<'_>, index: usize) -> Lines<S> {
+pub(super) fn one_of<S: Simd>(s: S, rays: &Rays<'_>, index: usize) -> Lines<S> {
     let all = |row: &super::rays::Row| s.splat(row.0[index]);
     Lines {
         origin: rays.origin.each_ref().map(all),

@@ -9,6 +9,7 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod closest;
+mod closest_stream;
 mod group;
 mod leaf;
 mod occluders;
@@ -22,11 +23,12 @@ use super::packet::PacketCounter;
 use crate::geometry::TriangleMesh;
 use crate::intersect::{Mode, Stage};
 use crate::ray::{Hit, Ray, VisitCounts};
-use crate::tree::Bvh8;
+use crate::trace::shaft::Entry;
+use crate::tree::{Bvh8, Node8};
 use occluders::Occluders;
 use rays::{NOBODY, Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
-use stream::Stack;
+use stream::{Stack, Start};
 
 /// The instructions that kernels run on: asked for once, not for each ray.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +87,7 @@ pub struct Scratch {
     places: Vec<u16>,
     lists: [Vec<u16>; 8],
     occluders: Occluders,
+    closest: closest_stream::Memory,
 }
 
 impl Default for Scratch {
@@ -95,6 +98,7 @@ impl Default for Scratch {
             places: Vec::new(),
             lists: Default::default(),
             occluders: Occluders::EMPTY,
+            closest: closest_stream::Memory::EMPTY,
         }
     }
 }
@@ -121,6 +125,8 @@ pub struct Query<'a> {
     pub way: Way,
     /// How to test triangles.
     pub mode: Mode,
+    /// Where to start.
+    pub entry: &'a Entry,
 }
 
 /// Fewer rays have little in common, and most groups would be near empty.
@@ -243,22 +249,25 @@ impl Batch<'_> {
     #[inline(always)]
     fn trace<S: Simd, W: Wide, T: Tally>(self, s: S, w: W, scratch: &mut Scratch, tally: &mut T) {
         let Self { query, rays, occluded } = self;
-        let Query { tree, mesh, way, mode } = *query;
+        let Query { tree, mesh, way, mode, entry } = *query;
+        let parts = entry.parts().map(|parts| parts.iter().map(|part| (part.child, part.bounds)));
+        let entry = parts.map(|parts| Node8::new(&parts.collect::<Vec<_>>()));
+        let start = Start { tree, entry: entry.as_ref() };
         let one_by_one = match way {
             Way::Automatic => rays.len() < LEAST_TOGETHER,
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { numbers, stack, places, lists, occluders } = scratch;
+        let Scratch { numbers, stack, places, lists, occluders, .. } = scratch;
         let occluders = occluders.of_tree(tree.id);
         let target = Target { bounds: &tree.bounds, mesh, mode };
         places_by_octant::<S, W>(s, rays, places, lists);
         for places in places.chunks(STREAM) {
             let prepared = Rays::new(s, w, numbers, target, rays, places);
             let mut hits = if one_by_one {
-                stream::any_hit_one_by_one(s, w, tree, &prepared, stack, tally)
+                stream::any_hit_one_by_one(s, w, start, &prepared, stack, tally)
             } else {
-                stream::any_hit(s, w, tree, &prepared, stack, occluders, tally)
+                stream::any_hit(s, w, start, &prepared, stack, occluders, tally)
             };
             tally.next_stream(places);
             while hits != 0 {
@@ -328,6 +337,59 @@ pub fn closest_hit(
             #[inline(always)]
             || closest::closest_hit(avx2, tree, mesh, ray),
         ),
+    }
+}
+
+/// For each of `rays` its [`closest_hit`], into the element of `hits` in its place.
+pub fn closest_hits(
+    instructions: Instructions,
+    tree: &Bvh8,
+    mesh: &TriangleMesh,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+    scratch: &mut Scratch,
+) {
+    hits.fill(None);
+    for (rays, hits) in rays.chunks(MOST_SORTED).zip(hits.chunks_mut(MOST_SORTED)) {
+        let batch = ClosestBatch { tree, mesh, rays, hits };
+        match instructions.0 {
+            Set::Portable => batch.trace(Portable, Portable, scratch),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2(avx2) => avx2.run(
+                #[inline(always)]
+                || batch.trace(avx2, avx2, scratch),
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(avx2, avx512) => avx512.run(
+                #[inline(always)]
+                || batch.trace(avx2, avx512, scratch),
+            ),
+        }
+    }
+}
+
+/// Rays to find the closest hits of.
+struct ClosestBatch<'a> {
+    tree: &'a Bvh8,
+    mesh: &'a TriangleMesh,
+    rays: &'a [Ray],
+    hits: &'a mut [Option<Hit>],
+}
+
+impl ClosestBatch<'_> {
+    #[inline(always)]
+    fn trace<S: Simd, W: Wide>(self, s: S, w: W, scratch: &mut Scratch) {
+        let Self { tree, mesh, rays, hits } = self;
+        let Scratch { numbers, places, lists, closest, .. } = scratch;
+        // Distances are those of the plain test.
+        let target = Target { bounds: &tree.bounds, mesh, mode: Mode::Fast };
+        places_by_octant::<S, W>(s, rays, places, lists);
+        for places in places.chunks(STREAM) {
+            let mut prepared = Rays::new(s, w, numbers, target, rays, places);
+            closest_stream::closest_hits(s, w, tree, &mut prepared, closest, |index, hit| {
+                hits[usize::from(places[index])] = Some(hit);
+            });
+        }
     }
 }
 

@@ -33,6 +33,12 @@ impl<S: Simd> OneRay<S> {
     /// The children that the ray meets, one bit each.
     #[inline(always)]
     pub(super) fn meets(&self, s: S, node: &Node8) -> u32 {
+        self.enters(s, node).0
+    }
+
+    /// As [`meets`](Self::meets), and where the ray enters all boxes.
+    #[inline(always)]
+    pub(super) fn enters(&self, s: S, node: &Node8) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.t_min, self.t_max);
         for axis in 0..3 {
             let side = self.entry_side[axis] & 1;
@@ -42,7 +48,13 @@ impl<S: Simd> OneRay<S> {
             entry = s.max(s.mul_sub(near, r, n), entry);
             exit = s.min(s.mul_sub(far, r, f), exit);
         }
-        s.bits(s.less_equal(entry, exit)) as u32 & node.occupied()
+        (s.bits(s.less_equal(entry, exit)) as u32 & node.occupied(), entry)
+    }
+
+    /// Ends the ray at `t`.
+    #[inline(always)]
+    pub(super) fn shorten(&mut self, s: S, t: f32) {
+        self.t_max = s.min(s.splat(t), self.t_max);
     }
 }
 

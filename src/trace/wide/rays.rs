@@ -54,7 +54,7 @@ pub(super) const NOBODY: u16 = u16::MAX;
 pub(super) struct Row(pub(super) [f32; STREAM]);
 
 impl Row {
-    const ZERO: Self = Self([0.0; STREAM]);
+    pub(super) const ZERO: Self = Self([0.0; STREAM]);
 
     /// Those of eight rays.
     #[inline(always)]
@@ -134,7 +134,7 @@ pub(super) struct Target<'a> {
 
 /// The rays of a stream.
 pub(super) struct Rays<'a> {
-    numbers: &'a Numbers,
+    numbers: &'a mut Numbers,
     target: Target<'a>,
     given: &'a [Ray],
     places: &'a [u16],
@@ -200,11 +200,40 @@ impl<'a> Rays<'a> {
         Self { numbers, target, given, places, valid }
     }
 
+    /// The ray with this number in the stream, prepared for the scalar tests.
+    #[inline(always)]
+    pub(super) fn prepared(&self, index: usize) -> Option<PreparedRay> {
+        PreparedRay::new(self.given(index), self.target.bounds)
+    }
+
+    /// The ray with this number in the stream.
+    pub(super) fn given(&self, index: usize) -> &Ray {
+        &self.given[usize::from(self.places[index])]
+    }
+
+    /// The mesh that they are tested against.
+    pub(super) fn mesh(&self) -> &TriangleMesh {
+        self.target.mesh
+    }
+
+    /// From now on misses what lies beyond `t`, in units of [`PreparedRay::triangle`]; a hit at `t`
+    /// itself is still found.
+    #[inline(always)]
+    pub(super) fn shorten(&mut self, index: usize, t: f32) {
+        let numbers = &mut *self.numbers;
+        let box_end = &mut numbers.t_max.0[index];
+        *box_end = box_end.min(t);
+        // What the plane test finds beyond the next number is rounded to that number or a later one.
+        let end = t.next_up().min(numbers.end.0[index]);
+        numbers.end.0[index] = end;
+        let unit = numbers.slope_slack.0[index] * (END_SLACK / SLOPE_SLACK);
+        numbers.end_slack.0[index] = end.abs() * unit + UNDERFLOW;
+    }
+
     /// Whether a ray hits a triangle that the vector tests leave in doubt, and what settled it.
     #[inline(never)]
     pub(super) fn confirm(&self, index: usize, triangle: u32) -> (bool, Stage) {
-        let ray = &self.given[usize::from(self.places[index])];
-        confirm(ray, triangle, self.target)
+        confirm(self.given(index), triangle, self.target)
     }
 }
 

@@ -43,12 +43,12 @@ impl Stack {
 
 /// Rays of a group that must be active for testing the group to be worth it: fewer are tested one by
 /// one against all children, or all triangles, at once.
-const ACTIVE_IN_NODE: u32 = 3;
-const ACTIVE_IN_LEAF: u32 = 1;
+pub(super) const ACTIVE_IN_NODE: u32 = 3;
+pub(super) const ACTIVE_IN_LEAF: u32 = 1;
 
 /// Has a child brought near that is visited later.
 #[inline(always)]
-fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
+pub(super) fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
     if child.is_leaf() {
         let block = &tree.leaves[child.leaf_slots().start * LEAF_ROWS..];
         // The shortest block ends in the first line or the next one.
@@ -61,43 +61,60 @@ fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
     }
 }
 
+/// A tree, and the node to start at in place of its root.
+#[derive(Clone, Copy)]
+pub(super) struct Start<'a> {
+    pub(super) tree: &'a Bvh8,
+    pub(super) entry: Option<&'a Node8>,
+}
+
 /// The rays that something is in the way of.
 #[inline(always)]
 pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     w: W,
-    tree: &Bvh8,
+    start: Start<'_>,
     rays: &Rays<'_>,
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
 ) -> u64 {
+    let Start { tree, entry } = start;
     let Some(root) = tree.root else { return 0 };
     let mut alive = rays.valid;
     alive &= !stopped_by_occluders(w, tree, rays, alive, occluders, counter);
     stack.len = 0;
-    stack.push(root, alive);
-    while let Some(Pending { child, rays: here }) = stack.pop() {
-        let here = here & alive;
-        if here == 0 {
-            continue;
-        }
-        if here & (here - 1) == 0 {
-            let index = here.trailing_zeros() as usize;
-            if one_ray::<S, W, C>(s, tree, rays, index, child, stack, counter) {
-                alive &= !here;
+    // Where there is a node to start at, as if it had been found on the stack.
+    let mut first = entry;
+    if entry.is_none() {
+        stack.push(root, alive);
+    }
+    loop {
+        let (node, here) = if let Some(entry) = first.take() {
+            (entry, alive)
+        } else {
+            let Some(Pending { child, rays: here }) = stack.pop() else { break };
+            let here = here & alive;
+            if here == 0 {
+                continue;
             }
-            continue;
-        }
-        counter.node(here);
-        if child.is_leaf() {
-            for _ in child.leaf_slots() {
-                counter.triangle(here);
+            if here & (here - 1) == 0 {
+                let index = here.trailing_zeros() as usize;
+                if one_ray::<S, W, C>(s, tree, rays, index, child, stack, counter) {
+                    alive &= !here;
+                }
+                continue;
             }
-            alive &= !leaf_hits(s, w, tree, child, rays, here, occluders, counter);
-            continue;
-        }
-        let node = &tree.nodes[child.node_index()];
+            counter.node(here);
+            if child.is_leaf() {
+                for _ in child.leaf_slots() {
+                    counter.triangle(here);
+                }
+                alive &= !leaf_hits(s, w, tree, child, rays, here, occluders, counter);
+                continue;
+            }
+            (&tree.nodes[child.node_index()], here)
+        };
         let (met, mut children) = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
             node_by_group(w, node, rays, here)
         } else {
@@ -122,18 +139,26 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
 pub(super) fn any_hit_one_by_one<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     _: W,
-    tree: &Bvh8,
+    start: Start<'_>,
     rays: &Rays<'_>,
     stack: &mut Stack,
     counter: &mut C,
 ) -> u64 {
+    let Start { tree, entry } = start;
     let Some(root) = tree.root else { return 0 };
+    let whole = [root];
+    let starts = entry.map_or(&whole[..], |node| &node.children[..node.len as usize]);
     let (mut left, mut hits) = (rays.valid, 0);
     stack.len = 0;
     while left != 0 {
         let index = left.trailing_zeros() as usize;
         left &= left - 1;
-        hits |= u64::from(one_ray::<S, W, C>(s, tree, rays, index, root, stack, counter)) << index;
+        for start in starts {
+            if one_ray::<S, W, C>(s, tree, rays, index, *start, stack, counter) {
+                hits |= 1 << index;
+                break;
+            }
+        }
     }
     hits
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::build::{self, WideCosts};
-use crate::geometry::{Aabb, TriangleMesh, Vec3};
+use crate::geometry::{Aabb, Triangle, TriangleMesh, Vec3};
 use crate::intersect::{Exact, Fast, PreparedRay, TriangleTest};
 use crate::ray::words_for;
 use crate::test_random::Random;
@@ -27,6 +27,24 @@ fn answers(set: Instructions, query: &Query<'_>, rays: &[Ray]) -> Vec<u64> {
     occluded
 }
 
+/// One scratch here too. What `hits` held before does not matter.
+fn answers_closest(
+    set: Instructions,
+    (mesh, tree): (&TriangleMesh, &Bvh8),
+    rays: &[Ray],
+) -> Vec<Option<Hit>> {
+    thread_local! {
+        static SCRATCH: RefCell<Scratch> = RefCell::default();
+    }
+    let mut hits = vec![Some(Hit { t: 7.0, triangle: 7 }); rays.len()];
+    SCRATCH.with_borrow_mut(|scratch| closest_hits(set, tree, mesh, rays, &mut hits, scratch));
+    hits
+}
+
+fn bits(hit: Hit) -> (u32, u32) {
+    (hit.t.to_bits(), hit.triangle)
+}
+
 fn assert_as_binary(
     mesh: &TriangleMesh,
     (binary, wide): (&Bvh2, &Bvh8),
@@ -37,9 +55,12 @@ fn assert_as_binary(
     assert_mode_as_binary(mesh, (binary, wide), rays, Exact);
     for set in Instructions::all() {
         if closest {
-            for ray in rays {
-                let expected = single::closest_hit(binary, ray);
-                assert_eq!(closest_hit(set, wide, mesh, ray), expected, "{set:?} {ray:?}");
+            let together = answers_closest(set, (mesh, wide), rays);
+            for (ray, together) in rays.iter().zip(together) {
+                let expected = single::closest_hit(binary, ray).map(bits);
+                let alone = closest_hit(set, wide, mesh, ray).map(bits);
+                assert_eq!(alone, expected, "{set:?} {ray:?}");
+                assert_eq!(together.map(bits), expected, "{set:?}, together: {ray:?}");
             }
         }
     }
@@ -54,12 +75,13 @@ fn assert_mode_as_binary<T: TriangleTest>(
 ) -> Vec<u64> {
     let mut expected = vec![0; words_for(rays.len())];
     for (index, ray) in rays.iter().enumerate() {
-        let hit = single::any_hit(binary, &Plan::Near, test, ray, &mut NoCount);
+        let hit = single::any_hit(binary, binary.root, &Plan::Near, test, ray, &mut NoCount);
         expected[index / 64] |= u64::from(hit) << (index % 64);
     }
     for set in Instructions::all() {
         for way in WAYS {
-            let answers = answers(set, &Query { tree, mesh, way, mode: T::MODE }, rays);
+            let answers =
+                answers(set, &Query { tree, mesh, way, mode: T::MODE, entry: &Entry::WHOLE }, rays);
             for (index, ray) in rays.iter().enumerate() {
                 let bit = |words: &[u64]| words[index / 64] >> (index % 64) & 1;
                 let case = (set, way, T::MODE, index, ray);
@@ -138,6 +160,74 @@ fn all_kernels_answer_as_the_binary_tree_does() {
     assert!((0.2..0.9).contains(&share), "{share} of the rays hit");
 }
 
+/// Rays as of a tile, from near and far, through triangles that lie over each other, share edges or
+/// have no area: many distances are the same, or almost.
+#[test]
+fn closest_hits_of_tiles_are_those_of_brute_force() {
+    let mut random = Random::new(0x71e5);
+    let (mut hits, mut ties) = (0, 0);
+    for round in 0..160 {
+        let mut triangles: Vec<_> = {
+            let mesh = random.mesh([1, 6, 40, 300][round % 4]);
+            (0..mesh.len()).map(|index| mesh.triangle(index)).collect()
+        };
+        for index in 0..triangles.len() {
+            let [a, b, c] = triangles[index].0;
+            match random.bits() % 5 {
+                0 => triangles.push(Triangle([a, b, c])),
+                1 => triangles.push(Triangle([c, b, a])),
+                2 => triangles.push(Triangle([b, c, b + c - a])),
+                3 => triangles.push(Triangle([a, a.lerp(b, 0.5), b])),
+                // The same in another plane, by a few units in the last place.
+                _ => triangles.push(Triangle([a, b, c].map(|v| v * (1.0 + 2.0 * f32::EPSILON)))),
+            }
+        }
+        let vertices = triangles.iter().flat_map(|triangle| triangle.0).collect();
+        let corners = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = TriangleMesh::new(vertices, corners);
+        let (_, wide) = trees(&mesh, WideCosts::default());
+        let eye = random.point() * [1.0, 4.0][round / 4 % 2];
+        let aimed_at = triangles[(random.bits() % triangles.len() as u64) as usize].0;
+        let target = (aimed_at[0] + aimed_at[1] + aimed_at[2]) / 3.0;
+        let spread = [0.01, 0.2, 3.0][round % 3];
+        let rays: Vec<_> = (0..256)
+            .map(|pixel| {
+                let (x, y) = ((pixel % 16) as f32 / 16.0 - 0.5, (pixel / 16) as f32 / 16.0 - 0.5);
+                let mut ray =
+                    Ray::new(eye, target + Vec3::new(x, y, x * y) * spread - eye, f32::INFINITY);
+                if round % 5 == 0 {
+                    ray.t_max = random.unit() * 2.0;
+                }
+                ray
+            })
+            .collect();
+        let expected: Vec<_> = rays
+            .iter()
+            .map(|ray| {
+                let prepared = PreparedRay::new(ray, &wide.bounds)?;
+                let all = triangles.iter().zip(0..);
+                let all = all.filter_map(|(triangle, id)| Some((prepared.triangle(triangle)?, id)));
+                let mut all: Vec<_> = all.collect();
+                all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                ties += usize::from(all.len() > 1 && all[0].0 == all[1].0);
+                let &(t, id) = all.first()?;
+                Some(prepared.hit(t, id))
+            })
+            .collect();
+        hits += expected.iter().flatten().count();
+        for set in Instructions::all() {
+            for count in [1, 7, 64, 256] {
+                let together = answers_closest(set, (&mesh, &wide), &rays[..count]);
+                for (index, hit) in together.iter().enumerate() {
+                    let (hit, expected) = (hit.map(bits), expected[index].map(bits));
+                    assert_eq!(hit, expected, "{set:?}, round {round}: {:?}", rays[index]);
+                }
+            }
+        }
+    }
+    assert!(hits > 10_000 && ties > 1_000, "{hits} hits, {ties} ties");
+}
+
 #[test]
 fn no_triangles() {
     let mesh = TriangleMesh::default();
@@ -186,7 +276,8 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
     for _ in 0..250 {
         let rays = rays(&mut random, &mesh, 5000);
         for mode in [Mode::Fast, Mode::Exact] {
-            let query = Query { tree: &wide, mesh: &mesh, way: Way::Stream, mode };
+            let query =
+                Query { tree: &wide, mesh: &mesh, way: Way::Stream, mode, entry: &Entry::WHOLE };
             let expected = answers(Instructions::PORTABLE, &query, &rays);
             for set in Instructions::all() {
                 for way in [Way::Single, Way::Stream] {

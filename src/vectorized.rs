@@ -4,7 +4,7 @@
 /// over arrays in it become vector instructions. Its bits do not depend on that, as compilers neither
 /// fuse nor reorder arithmetic. Closures must be `#[inline(always)]`, and so must all that they call.
 #[inline(always)]
-pub(super) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     struct Work<F>(F);
     impl<R, F: FnOnce() -> R> pulp::WithSimd for Work<F> {
         type Output = R;

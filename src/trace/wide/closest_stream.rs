@@ -1,0 +1,436 @@
+//! The closest hits of up to 64 rays, which go through the tree together.
+//!
+//! Each node is visited once for all rays that meet it, its children in the order in which the first of
+//! these rays enters them; a ray sits out a subtree that it enters beyond the hit that it has.
+//!
+//! # Answers are those of [`closest`]
+//!
+//! What is a hit, and at which distance, [`PreparedRay::triangle`] says. It is asked late: of most
+//! triangles the vector test knows that they are hit, and between which bounds the distance lies, and
+//! that is enough to drop what lies beyond. So a ray's best triangle is one that is certain to be no
+//! farther than its upper bound, the scalar test is asked where bounds of two triangles overlap or the
+//! vector test doubts, and of the best one in the end.
+//!
+//! Nothing is dropped that may be the answer. The lower bound is one of the distance in the plane,
+//! rounded or not, and the scalar test reports no earlier one; so a triangle that is dropped, whose lower
+//! bound lies beyond the best one's upper, or whose box is entered beyond it, is farther than the best
+//! one, if that is what it was taken for. This is looked at when the scalar test is asked of it: a ray
+//! whose best triangle is no hit, or one beyond its bound, starts again on its own. A best triangle
+//! that was replaced unasked needs no such look, as what it made to be dropped lies beyond its own lower
+//! bound and so beyond its successor's upper one. Of the same distance nothing is dropped, so ties go
+//! to the lower index.
+
+use super::closest;
+use super::group::{entries_by_group, facet_of, groups, lines_of, of_group};
+use super::leaf::{crossings, facets_of, one_of};
+use super::one_ray::OneRay;
+use super::rays::{Rays, Row, STREAM};
+use super::simd::{LANES, Simd, Wide};
+use super::stream::{ACTIVE_IN_LEAF, ACTIVE_IN_NODE, prefetch};
+use crate::intersect::{HIT_LANES, HitLanes, PreparedRay};
+use crate::ray::Hit;
+use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
+
+/// A subtree to visit.
+#[derive(Clone, Copy)]
+struct Pending {
+    child: ChildRef,
+    /// Its depth, and its place in the node above: where rays enter its box is in that row.
+    level: u16,
+    slot: u16,
+    /// The rays that meet its box.
+    rays: u64,
+    /// Where one of them enters it.
+    entry: f32,
+}
+
+/// The closest triangle so far.
+#[derive(Clone, Copy)]
+struct Best {
+    triangle: u32,
+    /// Between these distances; the same two if the scalar test was asked.
+    lower: f32,
+    upper: f32,
+}
+
+impl Best {
+    const NONE: Self = Self { triangle: u32::MAX, lower: f32::INFINITY, upper: f32::INFINITY };
+
+    fn is_settled(&self) -> bool {
+        self.lower == self.upper
+    }
+}
+
+/// Memory of a stream at work.
+pub(super) struct Memory {
+    pending: Vec<Pending>,
+    /// For each depth and place among siblings where rays enter the box: nodes on the way down are
+    /// visited one at each depth.
+    entries: Vec<[Row; WIDTH]>,
+    best: [Best; STREAM],
+    /// Rays to start again, one bit each.
+    misled: u64,
+    /// Of the rays of a group.
+    bounds: [Row; 2],
+    /// Hits to be confirmed.
+    lanes: HitLanes,
+    /// Of one ray.
+    path: Vec<(ChildRef, f32)>,
+}
+
+impl Memory {
+    pub(super) const EMPTY: Self = Self {
+        pending: Vec::new(),
+        entries: Vec::new(),
+        best: [Best::NONE; STREAM],
+        misled: 0,
+        bounds: [Row::ZERO; 2],
+        lanes: HitLanes::ZERO,
+        path: Vec::new(),
+    };
+}
+
+/// Hands the hit of each ray that has one to `found`, with its number in the stream.
+#[inline(always)]
+pub(super) fn closest_hits<S: Simd, W: Wide>(
+    s: S,
+    w: W,
+    tree: &Bvh8,
+    rays: &mut Rays<'_>,
+    memory: &mut Memory,
+    mut found: impl FnMut(usize, Hit),
+) {
+    let Some(root) = tree.root else { return };
+    memory.best = [Best::NONE; STREAM];
+    memory.misled = 0;
+    let mut stream = Stream { tree, rays, memory };
+    stream.descend(s, w, root);
+    stream.confirm(s, &mut found);
+}
+
+struct Stream<'a, 'b> {
+    tree: &'a Bvh8,
+    rays: &'a mut Rays<'b>,
+    memory: &'a mut Memory,
+}
+
+impl Stream<'_, '_> {
+    #[inline(always)]
+    fn descend<S: Simd, W: Wide>(&mut self, s: S, w: W, root: ChildRef) {
+        let (mut current, mut here, mut level) = (root, self.rays.valid, 0u16);
+        self.memory.pending.clear();
+        loop {
+            if here & here.wrapping_sub(1) == 0 {
+                if here != 0 {
+                    self.one_ray::<S, W>(s, here.trailing_zeros() as usize, current);
+                }
+            } else if current.is_leaf() {
+                self.leaf(s, w, current, here);
+            } else {
+                self.node(s, w, current, here, level);
+            }
+            let Some(next) = self.memory.pending.pop() else { return };
+            current = next.child;
+            level = next.level;
+            here = self.not_beyond(w, &next);
+        }
+    }
+
+    /// The rays that still have to visit a subtree.
+    #[inline(always)]
+    fn not_beyond<W: Wide>(&self, w: W, pending: &Pending) -> u64 {
+        let entries =
+            &self.memory.entries[usize::from(pending.level - 1)][usize::from(pending.slot) % WIDTH];
+        let mut rays = 0;
+        for group in 0..STREAM / W::GROUP {
+            let here = of_group::<W>(pending.rays, group);
+            if here != 0 {
+                let reached = w.less_equal(w.load(entries, group), w.load(&self.rays.t_max, group));
+                rays |= (w.bits(reached) & here) << (group * W::GROUP);
+            }
+        }
+        rays
+    }
+
+    #[inline(always)]
+    fn node<S: Simd, W: Wide>(&mut self, s: S, w: W, node: ChildRef, here: u64, level: u16) {
+        let node = &self.tree.nodes[node.node_index()];
+        let Memory { pending, entries, .. } = &mut *self.memory;
+        if entries.len() <= usize::from(level) {
+            entries.push([Row::ZERO; WIDTH]);
+        }
+        let entries = &mut entries[usize::from(level)];
+        let (met, mut children) = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
+            entries_by_group(w, node, node.occupied(), self.rays, here, entries)
+        } else {
+            entries_by_ray::<S, W>(s, node, self.rays, here, entries)
+        };
+        let above = pending.len();
+        while children != 0 {
+            let slot = children.trailing_zeros() as usize % WIDTH;
+            children &= children - 1;
+            let rays = met[slot];
+            let entry = entries[slot].0[rays.trailing_zeros() as usize % STREAM];
+            let child = node.children[slot];
+            if self.tree.is_large() {
+                prefetch(s, self.tree, child);
+            }
+            let new = Pending { child, level: level + 1, slot: slot as u16, rays, entry };
+            // The nearest comes last.
+            pending.push(new);
+            let mut place = pending.len() - 1;
+            while place > above && pending[place - 1].entry < entry {
+                pending[place] = pending[place - 1];
+                place -= 1;
+            }
+            pending[place] = new;
+        }
+    }
+
+    #[inline(always)]
+    fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, leaf: ChildRef, mut here: u64) {
+        let triangles = leaf.leaf_slots().len() as u32;
+        if here.count_ones() > groups::<W>(here) * triangles * ACTIVE_IN_LEAF {
+            for group in 0..STREAM / W::GROUP {
+                let here = of_group::<W>(here, group);
+                if here != 0 {
+                    self.leaf_of_group(w, leaf, group, here);
+                }
+            }
+            return;
+        }
+        while here != 0 {
+            let index = here.trailing_zeros() as usize;
+            here &= here - 1;
+            self.leaf_of_ray(s, leaf, index);
+        }
+    }
+
+    #[inline(always)]
+    fn leaf_of_group<W: Wide>(&mut self, w: W, leaf: ChildRef, group: usize, here: u64) {
+        let slots = leaf.leaf_slots();
+        for triangle in 0..slots.len() {
+            let lines = lines_of(w, self.rays, group);
+            let crossings = crossings(w, &facet_of(w, self.tree, leaf, triangle), &lines);
+            let mut left = !crossings.certain.misses & here;
+            if left == 0 {
+                continue;
+            }
+            let ([lower, upper], bounded) = crossings.distances(w, &lines);
+            let [lowers, uppers] = &mut self.memory.bounds;
+            w.store(lowers, group, lower);
+            w.store(uppers, group, upper);
+            let certain = crossings.certain.hits & bounded;
+            let id = self.tree.triangle_ids[slots.start + triangle];
+            while left != 0 {
+                let lane = left.trailing_zeros();
+                left &= left - 1;
+                let index = group * W::GROUP + lane as usize;
+                let [lowers, uppers] = &self.memory.bounds;
+                let candidate =
+                    Best { triangle: id, lower: lowers.0[index], upper: uppers.0[index] };
+                self.consider(index, candidate, certain >> lane & 1 != 0);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn leaf_of_ray<S: Simd>(&mut self, s: S, leaf: ChildRef, index: usize) {
+        let lines = one_of(s, self.rays, index);
+        let crossings = crossings(s, &facets_of(s, self.tree, leaf), &lines);
+        let ids = &self.tree.triangle_ids[leaf.leaf_slots()];
+        let mut left = !crossings.certain.misses & ((1 << ids.len()) - 1);
+        if left == 0 {
+            return;
+        }
+        let ([lower, upper], bounded) = crossings.distances(s, &lines);
+        let (mut lowers, mut uppers) = ([0.0; LANES], [0.0; LANES]);
+        s.store(&mut lowers, lower);
+        s.store(&mut uppers, upper);
+        let certain = crossings.certain.hits & bounded;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let candidate = Best { triangle: ids[lane], lower: lowers[lane], upper: uppers[lane] };
+            self.consider(index, candidate, certain >> lane & 1 != 0);
+        }
+    }
+
+    /// A triangle that the ray may hit: for certain, and within its bounds, or as the scalar test says.
+    #[inline(always)]
+    fn consider(&mut self, index: usize, candidate: Best, is_certain: bool) {
+        let best = &mut self.memory.best[index];
+        if is_certain {
+            if candidate.lower > best.upper {
+                return;
+            }
+            if candidate.upper < best.lower {
+                *best = candidate;
+                self.rays.shorten(index, candidate.upper);
+                return;
+            }
+        }
+        self.settle(index, candidate.triangle);
+    }
+
+    /// As [`consider`](Self::consider), by the scalar test.
+    #[cold]
+    #[inline(never)]
+    fn settle(&mut self, index: usize, triangle: u32) {
+        let Some(prepared) = self.rays.prepared(index) else { return };
+        let mesh = self.rays.mesh();
+        let distance = |triangle: u32| prepared.triangle(&mesh.triangle(triangle as usize));
+        let Some(t) = distance(triangle) else { return };
+        let best = &mut self.memory.best[index];
+        if t > best.upper {
+            return;
+        }
+        if t >= best.lower && !best.is_settled() {
+            match distance(best.triangle).filter(|t| *t <= best.upper) {
+                Some(t) => (best.lower, best.upper) = (t, t),
+                None => {
+                    self.memory.misled |= 1 << index;
+                    return;
+                }
+            }
+        }
+        if (t, triangle) < (best.lower, best.triangle) {
+            *best = Best { triangle, lower: t, upper: t };
+        }
+        self.rays.shorten(index, best.upper);
+    }
+
+    /// Asks of each ray's best triangle where it is hit.
+    #[inline(always)]
+    fn confirm<S: Simd>(&mut self, s: S, found: &mut impl FnMut(usize, Hit)) {
+        let mut left = self.rays.valid;
+        while left != 0 {
+            let mut indices = [0; HIT_LANES];
+            let mut lanes = 0;
+            while left != 0 && lanes < HIT_LANES {
+                let index = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let best = &self.memory.best[index];
+                if best.is_settled() || self.memory.misled >> index & 1 != 0 {
+                    if let Some(hit) = self.hit(s, index) {
+                        found(index, hit);
+                    }
+                    continue;
+                }
+                let triangle = self.rays.mesh().triangle(best.triangle as usize);
+                self.memory.lanes.set(lanes, self.rays.given(index), &triangle);
+                indices[lanes] = index;
+                lanes += 1;
+            }
+            let distances = self.memory.lanes.distances(&self.tree.bounds);
+            for (&index, t) in indices[..lanes].iter().zip(distances) {
+                let Best { triangle, upper, .. } = self.memory.best[index];
+                if t <= upper {
+                    found(index, Hit { t, triangle });
+                } else if let Some(hit) = self.hit(s, index) {
+                    found(index, hit);
+                }
+            }
+        }
+    }
+
+    /// What a ray hits, after all.
+    #[inline(never)]
+    fn hit<S: Simd>(&self, s: S, index: usize) -> Option<Hit> {
+        let best = &self.memory.best[index];
+        if self.memory.misled >> index & 1 == 0 {
+            if best.triangle == Best::NONE.triangle {
+                return None;
+            }
+            let prepared = self.rays.prepared(index)?;
+            if let Some(t) = self.distance(&prepared, best) {
+                return Some(prepared.hit(t, best.triangle));
+            }
+        }
+        s.run(
+            #[inline(always)]
+            || closest::closest_hit(s, self.tree, self.rays.mesh(), self.rays.given(index)),
+        )
+    }
+
+    /// The distance of the best triangle; `None` if it is not what it was taken for.
+    fn distance(&self, prepared: &PreparedRay, best: &Best) -> Option<f32> {
+        if best.is_settled() {
+            return Some(best.lower);
+        }
+        let triangle = self.rays.mesh().triangle(best.triangle as usize);
+        prepared.triangle(&triangle).filter(|t| *t <= best.upper)
+    }
+
+    /// Takes one ray through a subtree.
+    #[inline(always)]
+    fn one_ray<S: Simd, W: Wide>(&mut self, s: S, index: usize, child: ChildRef) {
+        let tree = self.tree;
+        let mut ray = OneRay::new(s, self.rays, index, self.rays.octants[index / W::GROUP]);
+        self.memory.path.clear();
+        let mut current = child;
+        loop {
+            if current.is_leaf() {
+                self.leaf_of_ray(s, current, index);
+                ray.shorten(s, self.rays.t_max.0[index]);
+            } else {
+                let node = &tree.nodes[current.node_index()];
+                let (mut met, entry) = ray.enters(s, node);
+                let mut entries = [0.0; LANES];
+                s.store(&mut entries, entry);
+                let path = &mut self.memory.path;
+                let above = path.len();
+                while met != 0 {
+                    let slot = met.trailing_zeros() as usize % WIDTH;
+                    met &= met - 1;
+                    let new = (node.children[slot], entries[slot]);
+                    path.push(new);
+                    let mut place = path.len() - 1;
+                    while place > above && path[place - 1].1 < new.1 {
+                        path[place] = path[place - 1];
+                        place -= 1;
+                    }
+                    path[place] = new;
+                }
+            }
+            loop {
+                let Some((child, entered)) = self.memory.path.pop() else { return };
+                if entered <= self.rays.t_max.0[index] {
+                    current = child;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// As [`entries_by_group`], ray by ray.
+#[inline(always)]
+fn entries_by_ray<S: Simd, W: Wide>(
+    s: S,
+    node: &Node8,
+    rays: &Rays<'_>,
+    mut active: u64,
+    entries: &mut [Row; WIDTH],
+) -> ([u64; WIDTH], u32) {
+    let mut met = [0; WIDTH];
+    let mut any = 0;
+    while active != 0 {
+        let index = active.trailing_zeros() as usize;
+        active &= active - 1;
+        let ray = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]);
+        let (mut children, entry) = ray.enters(s, node);
+        any |= children;
+        let mut of_ray = [0.0; LANES];
+        s.store(&mut of_ray, entry);
+        while children != 0 {
+            let slot = children.trailing_zeros() as usize % WIDTH;
+            children &= children - 1;
+            met[slot] |= 1 << index;
+            entries[slot].0[index] = of_ray[slot];
+        }
+    }
+    (met, any)
+}
+
+const _: () = assert!(MAX_WIDE_DEPTH < u16::MAX as usize);
