@@ -101,6 +101,15 @@ fn errors_fall_as_theory_says_and_better_samples_fall_faster() {
         let twin = point["renderer"] == "native";
         assert_eq!(point["differing_pixels"], if twin { 0.into() } else { Value::Null });
     }
+    // By kind as altogether.
+    let of_all = |rows: &[Value], key: &str| -> f64 {
+        let own = rows.iter().filter(|r| r["renderer"] == "native" && r["samples"] == 32);
+        own.map(|row| number(row, key)).sum()
+    };
+    let skipped = list(&report, "skipped");
+    assert_eq!(of_all(skipped, "rays"), of_all(points, "rays_skipped"));
+    assert!(skipped.iter().all(|row| row["renderer"] == "native"), "{skipped:?}");
+    assert!(of_all(skipped, "rays") > 0.0);
     let at_end = list(&report, "at_end");
     assert_eq!(at_end.len(), 3 * 2);
     for row in at_end.iter().filter(|r| r["renderer"] == "native" && r["against"] == INDEPENDENT) {
@@ -112,7 +121,7 @@ fn errors_fall_as_theory_says_and_better_samples_fall_faster() {
     assert!(means.iter().all(|m| m["equal_error"]["count"] == 2), "{means:?}");
     // Everything that is named is there; figures are in the CSV file, too.
     let files = list(&report, "files");
-    assert!(files.len() >= 3 + 2 * 5, "{files:?}");
+    assert!(files.len() >= 4 + 2 * 5, "{files:?}");
     for file in files {
         assert!(folder.path().join("out").join(file.as_str().unwrap()).exists(), "{file}");
     }

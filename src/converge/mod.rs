@@ -17,7 +17,7 @@ mod view;
 pub use ratios::{Bound, MeanRatio, MeanReport};
 pub use reference::{Origin, ReferenceReport};
 pub use renderer::{PRESETS, Preset, RendererSpec};
-pub use rows::{CellReport, ConvergeReport, PointRow, RatioRow, SlopeReport};
+pub use rows::{CellReport, ConvergeReport, PointRow, RatioRow, SkippedRow, SlopeReport};
 pub use text::converge_text;
 
 use crate::backend::{Accelerator, BackendSpec};
@@ -136,7 +136,7 @@ fn first_twice<'a>(names: &[&'a str]) -> Option<&'a str> {
 pub type Progress<'a> = &'a dyn Fn(f64, &str);
 
 /// Measures everything on the current rayon pool. The folder then holds `report.json` with every
-/// row, `report.txt`, `points.csv`, `ratios.csv`, `at-end.csv` and, of each scene and pass, charts of the error
+/// row, `report.txt`, `points.csv`, `ratios.csv`, `at-end.csv`, `skipped.csv` and, of each scene and pass, charts of the error
 /// over samples and over time and pictures at equal time.
 ///
 /// # Errors
@@ -183,9 +183,11 @@ pub fn run(plan: &Plan, progress: Progress<'_>) -> Result<ConvergeReport> {
     }
     let points: Vec<PointRow> = cells.iter().flat_map(|c| c.points.clone()).collect();
     let ratios: Vec<RatioRow> = cells.iter().flat_map(|c| c.ratio_rows(&plan.renderers)).collect();
+    let skipped: Vec<SkippedRow> = cells.iter().flat_map(|c| c.skipped.clone()).collect();
     let at_end: Vec<RatioRow> = cells.iter().flat_map(|c| c.end_rows(&plan.renderers)).collect();
     output.rows("points", &points)?;
     output.rows("ratios", &ratios)?;
+    output.rows("skipped", &skipped)?;
     output.rows("at-end", &at_end)?;
     for (cell, strip) in cells.iter().zip(charts) {
         pictures::write(&mut output, cell, plan, strip)?;
@@ -198,6 +200,7 @@ pub fn run(plan: &Plan, progress: Progress<'_>) -> Result<ConvergeReport> {
         means: means(&plan.renderers, &cells),
         cells: cells.into_iter().map(|c| c.report).collect(),
         points,
+        skipped,
         ratios,
         at_end,
         files: Vec::new(),

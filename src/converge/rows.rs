@@ -28,6 +28,8 @@ pub struct ConvergeReport {
     pub cells: Vec<CellReport>,
     /// Every renderer at every number of samples.
     pub points: Vec<PointRow>,
+    /// What left rays out, with most samples.
+    pub skipped: Vec<SkippedRow>,
     /// Every renderer against every earlier one, at every number of samples.
     pub ratios: Vec<RatioRow>,
     /// Every renderer against every earlier one, with most samples, in the longest time that both
@@ -118,6 +120,25 @@ pub struct PointRow {
     pub differing_pixels: Option<usize>,
 }
 
+/// Shadow rays that one kind of skipping left out of a renderer's images.
+#[derive(Clone, Debug, Serialize)]
+pub struct SkippedRow {
+    /// The scene's name.
+    pub scene: String,
+    /// The pass's name.
+    pub pass: &'static str,
+    /// The renderer.
+    pub renderer: String,
+    /// Samples in a pixel.
+    pub samples: u32,
+    /// Its name.
+    pub skip: &'static str,
+    /// Rays of one image that it left out.
+    pub rays: u64,
+    /// Their share of the rays that the image had without any skipping.
+    pub share: f64,
+}
+
 /// One renderer against an earlier one, at one number of samples. Ratios are above 1 where it is
 /// better; absent where they have no value.
 #[derive(Clone, Debug, Serialize)]
@@ -163,6 +184,7 @@ pub struct RatioRow {
 pub(super) struct Cell {
     pub(super) report: CellReport,
     pub(super) points: Vec<PointRow>,
+    pub(super) skipped: Vec<SkippedRow>,
     /// Every renderer against every earlier one.
     pub(super) pairs: Vec<Pair>,
 }
@@ -211,7 +233,10 @@ impl Cell {
             reference: report,
             slopes: renderers.iter().zip(measured).map(slope).collect(),
         };
-        Self { report, points, pairs }
+        let skipped = renderers.iter().zip(measured);
+        let skipped =
+            skipped.flat_map(|(spec, measured)| skipped_rows(scene, pass, spec, measured));
+        Self { report, points, skipped: skipped.collect(), pairs }
     }
 
     /// Ratios by number of samples as rows.
@@ -257,6 +282,35 @@ impl Cell {
             equal_error_bound: ratios.equal_error.bound,
         }
     }
+}
+
+/// Of the first image with most samples; what left out nothing has no row.
+fn skipped_rows(
+    scene: &str,
+    pass: Pass,
+    spec: &RendererSpec,
+    measured: &Measured,
+) -> Vec<SkippedRow> {
+    let point = measured.points.last().expect("some samples");
+    let classes = &point.images[0].stats.classes;
+    let all: u64 = classes.iter().map(|class| class.rays + class.rays_skipped).sum();
+    let mut rows: Vec<SkippedRow> = Vec::new();
+    for skipped in classes.iter().flat_map(|class| &class.skipped) {
+        match rows.iter_mut().find(|row| row.skip == skipped.by) {
+            Some(row) => row.rays += skipped.rays,
+            None => rows.push(SkippedRow {
+                scene: scene.into(),
+                pass: pass.name(),
+                renderer: spec.label.clone(),
+                samples: point.samples,
+                skip: skipped.by,
+                rays: skipped.rays,
+                share: 0.0,
+            }),
+        }
+    }
+    rows.iter_mut().for_each(|row| row.share = row.rays as f64 / all.max(1) as f64);
+    rows
 }
 
 fn point_row(

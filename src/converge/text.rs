@@ -110,6 +110,17 @@ fn cell_text(report: &ConvergeReport, cell: &CellReport) -> String {
         ]);
     }
     let _ = writeln!(text, "\n{}", rows.trim_fmt());
+    for renderer in &report.renderers {
+        let own = report
+            .skipped
+            .iter()
+            .filter(|row| of_cell(&row.scene, row.pass) && row.renderer == renderer.label);
+        let kinds: Vec<String> =
+            own.map(|row| format!("{} {:.1} %", row.skip, 100.0 * row.share)).collect();
+        if !kinds.is_empty() {
+            let _ = writeln!(text, "{} left out: {}", renderer.label, kinds.join(", "));
+        }
+    }
     let mut ratios = table(RATIO_HEADER);
     for row in report.at_end.iter().filter(|row| of_cell(&row.scene, row.pass)) {
         ratios.add_row([
