@@ -28,7 +28,10 @@ pub mod chart;
 pub mod image_file;
 pub mod report;
 
+pub mod results;
+
 pub mod bench;
+pub mod converge;
 pub mod stress;
 pub mod truth;
 

@@ -25,6 +25,7 @@ fn names_are_unique_and_documented() {
     check_names("order", sato::order::ORDERS.iter().map(|e| (e.name, e.about)));
     check_names("experiment", sato::bench::EXPERIMENTS.iter().map(|e| (e.name, e.about)));
     check_names("generator", sato::scene::generate::GENERATORS.iter().map(|e| (e.name, e.about)));
+    check_names("renderer", sato::converge::PRESETS.iter().map(|p| (p.name, p.about)));
     check_names("case", sato::stress::CASES.iter().map(|c| (c.name, c.about)));
     check_names("closed form", sato::truth::CASES.iter().map(|c| (c.name, c.about)));
     check_names("sampler", sato::render::SAMPLERS.iter().map(|s| (s.name, s.about)));
