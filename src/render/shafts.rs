@@ -124,7 +124,12 @@ fn target(shape: &LightShape, origins: &[Vec3], scene: &Aabb) -> Option<Target> 
         }
         LightShape::Sphere { center, radius } => {
             let (center, radius) = (center.as_dvec3(), f64::from(radius));
-            Target::new(&[center], radius + slack(&[center + radius, center - radius]))
+            let slack = slack(&[center + radius, center - radius]);
+            // So small that its normals are noise: nothing can be said of where its samples end.
+            if radius < 1e-6 * slack {
+                return None;
+            }
+            Target::new(&[center], radius + slack)
         }
         LightShape::Point { position } => {
             let position = position.as_dvec3();

@@ -147,7 +147,9 @@ impl LightView {
         let below = |points: &[DVec3], margin: f64| {
             points.iter().all(|p| {
                 let d = *p - origin;
-                d.dot(normal) + margin < -1e-9 * (d.length() + margin)
+                // Samples lie at coordinates, and are as precise as those.
+                let rounding = 1e-14 * (reach(*p) + reach(origin));
+                d.dot(normal) + margin + rounding < -1e-9 * (d.length() + margin)
             })
         };
         let (kind, dark) = match light.shape {
@@ -156,8 +158,10 @@ impl LightView {
                 let edges @ [u, v] = [edge_u, edge_v].map(|e| e.as_dvec3());
                 let corners = [corner, corner + u, corner + v, corner + u + v];
                 let plane = Plane::new(u.cross(v).normalize_or_zero(), origin, &corners);
-                let dark = plane.height <= 0.0 || below(&corners, 0.0);
                 let by_angle = if by_area { None } else { rectangle(origin, corner, edges, plane) };
+                // The rectangle in its place has right angles, so that its corners lie elsewhere.
+                let skew = by_angle.map_or(0.0, |_| 2.0 * u.dot(v).abs() / u.length());
+                let dark = plane.height <= 0.0 || below(&corners, skew);
                 let area = u.cross(v).length();
                 let parallelogram = Kind::Parallelogram { corner, edges, area, plane };
                 (by_angle.unwrap_or(parallelogram), dark)
