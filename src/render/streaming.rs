@@ -21,7 +21,7 @@ use std::time::Instant;
 pub struct RenderOptions<'a> {
     /// Count what shadow rays visit, if the backend can.
     pub count_visits: bool,
-    /// What to leave out.
+    /// What to leave out; counting runs look through no shafts.
     pub skip: Skips,
     /// In which order tiles are taken.
     pub order: TileOrder,
@@ -60,7 +60,9 @@ pub fn render(
     let start = Instant::now();
     let plan = Plan::new(scene, settings)?;
     let counted = options.count_visits && can_count(accelerator);
-    let walk = Walk { scene, accelerator, plan: &plan, skip: options.skip };
+    // Heat maps are of the whole tree and of all rays that matter.
+    let skip = if counted { options.skip.without_shafts() } else { options.skip };
+    let walk = Walk { scene, accelerator, plan: &plan, skip };
     let shared = Mutex::new((FilmBuilder::new(&plan, counted), Tally::new(&plan)));
     let done = TileCount::new(plan.grid.len(), options.progress);
     let order = plan.grid.order(options.order);

@@ -59,7 +59,8 @@ impl Parts {
         self.children[to] = self.children[from];
     }
 
-    fn get(&self, index: usize) -> Part {
+    /// Part `index`.
+    pub fn get(&self, index: usize) -> Part {
         let corner = |side: usize| Vec3::from_array(self.planes.map(|axis| axis[side][index]));
         let bounds = Aabb { min: corner(0), max: corner(1) };
         Part { child: self.children[index], bounds }

@@ -342,8 +342,8 @@ fn check_looks(tree: &impl Hierarchy, mesh: &TriangleMesh, case: &Case, views: &
         match entry.parts() {
             None => panic!("a look tells parts"),
             Some(parts) => {
-                assert!(parts.len() <= Entry::MOST);
-                parts.iter().for_each(|part| below(tree, part, &mut found));
+                assert!(parts.len <= Entry::MOST);
+                (0..parts.len).for_each(|index| below(tree, &parts.get(index), &mut found));
             }
         }
         for (ray, hits) in case.rays.iter().zip(&hits) {
