@@ -28,8 +28,12 @@ pub mod chart;
 pub mod image_file;
 pub mod report;
 
+pub mod results;
+
 pub mod bench;
+pub mod converge;
 pub mod stress;
+pub mod truth;
 
 pub mod cli;
 

@@ -25,7 +25,9 @@ fn names_are_unique_and_documented() {
     check_names("order", sato::order::ORDERS.iter().map(|e| (e.name, e.about)));
     check_names("experiment", sato::bench::EXPERIMENTS.iter().map(|e| (e.name, e.about)));
     check_names("generator", sato::scene::generate::GENERATORS.iter().map(|e| (e.name, e.about)));
+    check_names("renderer", sato::converge::PRESETS.iter().map(|p| (p.name, p.about)));
     check_names("case", sato::stress::CASES.iter().map(|c| (c.name, c.about)));
+    check_names("closed form", sato::truth::CASES.iter().map(|c| (c.name, c.about)));
     check_names("sampler", sato::render::SAMPLERS.iter().map(|s| (s.name, s.about)));
     let ways = sato::render::LightSampling::ALL;
     check_names("light sampling", ways.iter().map(|w| (w.name(), w.about())));
@@ -54,6 +56,7 @@ fn every_file_with_an_entry_is_listed() {
         ("scene/generate", "scene/generate/mod.rs"),
         ("bench", "bench/mod.rs"),
         ("stress/cases", "stress/cases/mod.rs"),
+        ("truth", "truth/mod.rs"),
         ("render/sampler", "render/sampler/mod.rs"),
     ] {
         let list = fs::read_to_string(source.join(catalogue)).unwrap();

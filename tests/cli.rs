@@ -67,6 +67,7 @@ fn help_and_list_name_everything() {
         .map(|b| b.name)
         .chain(sato::order::ORDERS.iter().map(|o| o.name))
         .chain(sato::build::BUILDERS.iter().map(|b| b.name))
+        .chain(sato::converge::PRESETS.iter().map(|p| p.name))
         .chain(sato::scene::generate::GENERATORS.iter().map(|g| g.name));
     for name in names {
         assert!(text.contains(name), "{name}");

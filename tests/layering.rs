@@ -26,9 +26,12 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("chart", 7, &[]),
     ("image_file", 7, &[]),
     ("report", 7, &[]),
-    ("bench", 8, &[]),
-    ("stress", 8, &[]),
-    ("cli", 9, &[]),
+    ("results", 8, &[]),
+    ("bench", 9, &[]),
+    ("converge", 9, &[]),
+    ("stress", 9, &[]),
+    ("truth", 9, &[]),
+    ("cli", 10, &[]),
 ];
 
 fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {

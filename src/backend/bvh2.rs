@@ -147,7 +147,8 @@ impl Accelerator for Bvh2Backend {
             return self.occluded(batch, occluded);
         };
         for (index, ray) in batch.rays.iter().enumerate() {
-            let hit = parts.iter().any(|part| self.any_hit(Some(part.child), ray, &mut NoCount));
+            let mut children = parts.children[..parts.len].iter();
+            let hit = children.any(|child| self.any_hit(Some(*child), ray, &mut NoCount));
             set_bit(occluded, index, hit);
         }
     }

@@ -1,11 +1,12 @@
 //! Whether large boxes and cells hold large triangles, and few: what NodeSATO and PrimNumTO assume.
 
-use super::{Experiment, ExperimentEntry, Output, Subject, distinct};
+use super::{Experiment, ExperimentEntry, Subject, distinct};
 use crate::Result;
 use crate::chart::{Axis, Body, HeatTable, Series, Xy};
 use crate::geometry::Triangle;
 use crate::order::kd::summaries;
 use crate::report::table;
+use crate::results::Output;
 use crate::tree::{Bvh2, ChildRef, KdTree};
 use serde::Serialize;
 use std::fmt::Write;

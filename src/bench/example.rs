@@ -1,13 +1,14 @@
 //! The example of the slides "SATO: Surface-Area Traversal Order for Ray Tracing" (Nah, 2013): five
 //! nodes, and a large occluder behind small triangles that the ray passes.
 
-use super::{Experiment, ExperimentEntry, Output, Subject};
+use super::{Experiment, ExperimentEntry, Subject};
 use crate::Result;
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::Exact;
 use crate::order::{ORDERS, OrderContext, OrderEntry};
 use crate::ray::Ray;
 use crate::report::table;
+use crate::results::Output;
 use crate::trace::{Counter, single};
 use crate::tree::{Bvh2, ChildRef, Node2};
 use glam::Vec3;

@@ -1,9 +1,10 @@
 //! Where an order cannot help: rays that nothing stops, and triangles of equal size.
 
 use super::speed_up::{Row, Traversal, measured, traversals};
-use super::{Experiment, ExperimentEntry, Output, Settings, Subject, distinct};
+use super::{Experiment, ExperimentEntry, Settings, Subject, distinct};
 use crate::chart::{Axis, Bar, Bars, Body, Group};
 use crate::report::table;
+use crate::results::Output;
 use crate::{Result, scene};
 use serde::Serialize;
 use std::fmt::Write;

@@ -10,17 +10,16 @@ mod correlation;
 pub mod example;
 mod limits;
 mod order_time;
-mod output;
 mod peers;
 mod similarity;
 mod speed_up;
 mod subject;
 
-pub use output::Output;
 pub use subject::Subject;
 
 use crate::backend::BackendSpec;
 use crate::report::{Provenance, SceneReport};
+use crate::results::Output;
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
 use serde::Serialize;

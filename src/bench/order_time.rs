@@ -1,11 +1,12 @@
 //! How long each order takes to compute, on one thread: Table 1 of the slides.
 
-use super::{Experiment, ExperimentEntry, Output, Settings, Subject, distinct};
+use super::{Experiment, ExperimentEntry, Settings, Subject, distinct};
 use crate::Result;
 use crate::chart::{Axis, Bar, BarLayout, Bars, Better, Body, Group};
 use crate::measure::{Summary, interleaved};
 use crate::order::{ORDERS, OrderContext};
 use crate::report::table;
+use crate::results::Output;
 use crate::tree::{NodeBits, Plan};
 use crate::{Error, order};
 use serde::{Deserialize, Serialize};

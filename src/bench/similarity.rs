@@ -1,10 +1,11 @@
 //! How many nodes an order treats as NodeSATO does: the traversal-order similarity of the slides.
 
-use super::{Experiment, ExperimentEntry, Output, Subject, distinct};
+use super::{Experiment, ExperimentEntry, Subject, distinct};
 use crate::Result;
 use crate::chart::{Axis, Body, HeatTable};
 use crate::order::ORDERS;
 use crate::report::table;
+use crate::results::Output;
 use crate::tree::{Bvh2, KdTree, NodeBits, Plan};
 use serde::Serialize;
 use std::fmt::Write;

@@ -1,7 +1,7 @@
 //! How much faster shadow rays are under each order than front to back, by structure and traversal,
 //! for occluded and unoccluded rays apart: the average speed-up of the slides.
 
-use super::{Experiment, ExperimentEntry, Output, Settings, Subject, distinct};
+use super::{Experiment, ExperimentEntry, Settings, Subject, distinct};
 use crate::backend::{Accelerator, BackendSpec};
 use crate::chart::{Axis, Body, HeatTable};
 use crate::measure::{Summary, count, geometric_mean, interleaved, ratios, trace};
@@ -9,6 +9,7 @@ use crate::order::ORDERS;
 use crate::ray::VisitCounts;
 use crate::ray_set::{RaySet, occluded_count};
 use crate::report::table;
+use crate::results::Output;
 use crate::{Error, Result};
 use serde::Serialize;
 use std::fmt::Write;

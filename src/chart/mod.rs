@@ -1,4 +1,4 @@
-//! Charts as PNG and SVG: bars, lines and points, heat tables, from plain data.
+//! Charts as PNG and SVG: bars, lines and points, heat tables, pictures, from plain data.
 //!
 //! A kind of chart lays itself out as a `Drawing` in pixels, measured in the embedded font, so that
 //! margins, legends and sizes follow from what is to be shown; `paint` gives the same drawing to
@@ -16,6 +16,7 @@ mod number;
 mod paint;
 mod palette;
 mod panels;
+mod pictures;
 mod xy;
 
 #[cfg(test)]
@@ -24,6 +25,7 @@ mod tests;
 pub use axis::{Axis, Scale};
 pub use bars::{Bar, BarLayout, Bars, Better, Group};
 pub use heat_table::HeatTable;
+pub use pictures::{Picture, PictureRow, Pictures};
 pub use xy::{Mark, Point, Series, Xy};
 
 use crate::output::write_atomically;
@@ -60,6 +62,8 @@ pub enum Body {
     Xy(Xy),
     /// A table with coloured cells.
     HeatTable(HeatTable),
+    /// Small pictures in rows.
+    Pictures(Pictures),
 }
 
 const MARGIN: f64 = 24.0;
@@ -74,23 +78,19 @@ impl Chart {
     /// [`Error::Io`] naming the file; also of charts too large to be of use.
     pub fn write(&self, stem: &Path) -> Result<[PathBuf; 2]> {
         let page = self.page();
-        // Added, not put in place of an extension: stems may contain dots.
-        let path = |extension: &str| {
-            let mut name = stem.as_os_str().to_owned();
-            name.push(extension);
-            PathBuf::from(name)
-        };
-        let (png, svg) = (path(".png"), path(".svg"));
-        paint::check_size(&page).map_err(Error::io(&png))?;
-        let ([width, height], pixels) = paint::bitmap(&page).map_err(Error::io(&png))?;
-        write_atomically(&png, |out| {
-            PngEncoder::new_with_quality(out, CompressionType::Level(6), FilterType::NoFilter)
-                .write_image(&pixels, width, height, ExtendedColorType::Rgb8)
-                .map_err(io::Error::other)
-        })?;
+        let png = write_png(&page, stem)?;
+        let svg = with_extension(stem, ".svg");
         let text = paint::svg(&page).map_err(Error::io(&svg))?;
         write_atomically(&svg, |out| out.write_all(text.as_bytes()))?;
         Ok([png, svg])
+    }
+
+    /// Writes `stem.png` only, for what is made of pixels anyway.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn write_png(&self, stem: &Path) -> Result<PathBuf> {
+        write_png(&self.page(), stem)
     }
 
     /// Title, subtitle, body and footnote, one below the other.
@@ -99,6 +99,7 @@ impl Chart {
             Body::Bars(bars) => bars.draw(),
             Body::Xy(xy) => xy.draw(),
             Body::HeatTable(table) => table.draw(),
+            Body::Pictures(pictures) => pictures.draw(),
         };
         let width = body.size[0].max(LEAST_WIDTH).ceil();
         let mut page = Drawing::new([width + 2.0 * MARGIN, 0.0]);
@@ -136,4 +137,23 @@ impl Chart {
         page.items[0] = drawing::Item::Rect { from: [0.0, 0.0], to: size, colour: WHITE };
         page
     }
+}
+
+/// Added, not put in place of an extension: stems may contain dots.
+fn with_extension(stem: &Path, extension: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(extension);
+    PathBuf::from(name)
+}
+
+fn write_png(page: &Drawing, stem: &Path) -> Result<PathBuf> {
+    let png = with_extension(stem, ".png");
+    paint::check_size(page).map_err(Error::io(&png))?;
+    let ([width, height], pixels) = paint::bitmap(page).map_err(Error::io(&png))?;
+    write_atomically(&png, |out| {
+        PngEncoder::new_with_quality(out, CompressionType::Level(6), FilterType::NoFilter)
+            .write_image(&pixels, width, height, ExtendedColorType::Rgb8)
+            .map_err(io::Error::other)
+    })?;
+    Ok(png)
 }

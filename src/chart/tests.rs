@@ -301,3 +301,34 @@ fn charts_that_are_too_large_are_refused() {
     assert!(error.contains("x.png") && error.contains("too large"), "{error}");
     assert!(!error.contains('\n') && !folder.path().join("x.svg").exists());
 }
+
+/// Pixels are where they should be, and what is absent leaves its place empty.
+#[test]
+fn pictures_lie_in_columns() {
+    let picture = |size: [u32; 2]| {
+        let pixels = (0..size[0] * size[1]).map(|i| [(i % 7) as u8; 3]).collect();
+        Some(Picture { size, pixels, caption: vec!["1 sample".into()] })
+    };
+    let pictures = Pictures {
+        columns: vec!["one".into(), LONG.into(), "three".into()],
+        rows: vec![PictureRow {
+            title: "row".into(),
+            pictures: vec![picture([8, 6]), None, picture([2, 2])],
+        }],
+        zoom: 3,
+    };
+    let drawing = pictures.draw();
+    let dots = drawing.items.iter().filter_map(|item| match item {
+        Item::Rect { from, to, .. } => Some((*from, *to)),
+        _ => None,
+    });
+    let dots: Vec<(Place, Place)> = dots.collect();
+    assert_eq!(dots.len(), 48 + 4);
+    let area: f64 = dots.iter().map(|(a, b)| (b[0] - a[0]) * (b[1] - a[1])).sum();
+    assert!((area - 9.0 * 52.0).abs() < 1e-6, "{area}");
+    assert!(dots.iter().all(|(_, b)| b[0] <= drawing.size[0] && b[1] <= drawing.size[1]));
+    let folder = tempfile::tempdir().unwrap();
+    let path = chart(Body::Pictures(pictures)).write_png(&folder.path().join("x.y")).unwrap();
+    assert!(path.ends_with("x.y.png") && path.exists());
+    assert_eq!(Pictures::default().draw().size, [0.0, 1.0]);
+}

@@ -4,6 +4,7 @@ use super::print;
 use crate::Result;
 use crate::backend::catalogue::BACKENDS;
 use crate::bench::EXPERIMENTS;
+use crate::converge::PRESETS;
 use crate::render::{LightSampling, SAMPLERS, Skip};
 use crate::scene::FORMATS;
 use crate::scene::generate::GENERATORS;
@@ -49,6 +50,11 @@ pub(super) fn run() -> Result<()> {
     for experiment in EXPERIMENTS {
         let mark = if experiment.of_the_paper { "" } else { " (only if named)" };
         let _ = writeln!(text, "  {:<15} {}{mark}", experiment.name, experiment.about);
+    }
+    text.push_str("\nRenderers: sato converge --renderer NAME, or what they stand for\n\n");
+    for preset in PRESETS {
+        let _ = writeln!(text, "  {:<19} {}", preset.name, preset.about);
+        let _ = writeln!(text, "  {:<19} {}", "", (preset.spec)());
     }
     text.push_str("\nStress cases: sato stress --case NAME\n\n");
     for case in CASES {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod compare;
+mod converge;
 mod list;
 mod options;
 mod progress;
@@ -41,6 +42,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Run the paper's experiments (order times, speed-ups, similarity, limits), or race Embree
     Bench(bench::Arguments),
+    /// Error against samples and time of renderers: backend, sampler, light sampling, skipping
+    Converge(converge::Arguments),
     /// Hold every backend's answers on nasty geometry and rays against exact arithmetic
     Stress(stress::Arguments),
     /// Record shadow rays to a file, or give recorded rays to backends
@@ -59,6 +62,7 @@ pub fn run() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Converge(arguments) => converge::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments),
         Command::Rays(command) => rays::run(&command),
         Command::Scene(command) => scene::run(&command),

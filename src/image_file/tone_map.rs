@@ -9,43 +9,59 @@ const BACKGROUND: f32 = 0.06;
 /// Middle grey: where the average of the logarithms goes.
 const KEY: f64 = 0.18;
 
-/// The film's picture for the eye as 8-bit sRGB: exposed by the average logarithm of its luminance,
-/// compressed so that all but the brightest hundredth keeps detail, over dark grey where it is
-/// transparent.
+/// From radiance to what a screen shows: exposed by the average logarithm of the luminance of what it
+/// was made for, compressed so that all but its brightest hundredth keeps detail.
 ///
 /// Reinhard et al., "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002 (the global
 /// operator with a white point).
+#[derive(Clone, Copy, Debug)]
+pub struct ToneCurve {
+    exposure: f64,
+    white_squared: f64,
+}
+
+impl ToneCurve {
+    /// For a picture whose surfaces have these luminances.
+    pub fn of(mut luminances: Vec<f64>) -> Self {
+        let count = luminances.len().max(1) as f64;
+        let mean = luminances.iter().sum::<f64>() / count;
+        // Black does not count as infinitely dark.
+        let floor = 1e-2 * mean + f64::MIN_POSITIVE;
+        let log_mean = luminances.iter().map(|l| (l + floor).ln()).sum::<f64>() / count;
+        let exposure = if mean > 0.0 { KEY / log_mean.exp() } else { 1.0 };
+        let rank = luminances.len().saturating_sub(1) * 99 / 100;
+        let white = match luminances.is_empty() {
+            true => 1.0,
+            false => *luminances.select_nth_unstable_by(rank, f64::total_cmp).1 * exposure,
+        };
+        Self { exposure, white_squared: white.max(f64::from(f32::MIN_POSITIVE)).powi(2) }
+    }
+
+    /// The linear RGB shown for a radiance; what is brighter than white leaves `[0, 1]`.
+    pub fn shown(&self, radiance: Vec3) -> Vec3 {
+        let colour = radiance * self.exposure as f32;
+        let light = luminance(colour);
+        colour * ((1.0 + light / self.white_squared) / (1.0 + light)) as f32
+    }
+}
+
+/// The film's picture for the eye as 8-bit sRGB, by its own [`ToneCurve`], over dark grey where it is
+/// transparent.
 pub fn tone_map(film: &Film) -> RgbImage {
     let channel = |name| film.channel("", name).unwrap_or_default();
     let [red, green, blue, alpha] = ["R", "G", "B", "A"].map(channel);
     let colour = |i: usize| Vec3::new(red[i], green[i], blue[i]);
-    let mut seen: Vec<f64> = (0..alpha.len())
-        .filter(|&i| alpha[i] > 0.0)
-        .map(|i| luminance(colour(i) / alpha[i]))
-        .collect();
-    let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
-    // Black does not count as infinitely dark.
-    let floor = 1e-2 * mean + f64::MIN_POSITIVE;
-    let log_mean = seen.iter().map(|l| (l + floor).ln()).sum::<f64>() / seen.len().max(1) as f64;
-    let exposure = if mean > 0.0 { KEY / log_mean.exp() } else { 1.0 };
-    let rank = seen.len().saturating_sub(1) * 99 / 100;
-    let white = match seen.is_empty() {
-        true => 1.0,
-        false => *seen.select_nth_unstable_by(rank, f64::total_cmp).1 * exposure,
-    };
-    let white_squared = white.max(f64::from(f32::MIN_POSITIVE)).powi(2);
+    let seen = (0..alpha.len()).filter(|&i| alpha[i] > 0.0);
+    let curve = ToneCurve::of(seen.map(|i| luminance(colour(i) / alpha[i])).collect());
     let pixels = (0..alpha.len()).map(|i| {
-        let colour = colour(i) * exposure as f32;
-        let light = luminance(colour);
-        let scale = (1.0 + light / white_squared) / (1.0 + light);
-        let shown = colour * scale as f32 + Vec3::splat((1.0 - alpha[i]) * BACKGROUND);
+        let shown = curve.shown(colour(i)) + Vec3::splat((1.0 - alpha[i]) * BACKGROUND);
         shown.to_array().map(to_srgb)
     });
     RgbImage { size: film.size(), pixels: pixels.collect() }
 }
 
 /// The 8-bit sRGB code of a linear value in `[0, 1]` (forced into it).
-pub(super) fn to_srgb(linear: f32) -> u8 {
+pub fn to_srgb(linear: f32) -> u8 {
     let linear = linear.clamp(0.0, 1.0);
     let code =
         if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };

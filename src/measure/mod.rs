@@ -2,7 +2,9 @@
 
 mod agreement;
 mod contest;
+pub mod convergence;
 mod dispute;
+pub mod image_error;
 mod judge;
 mod timing;
 

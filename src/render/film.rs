@@ -162,12 +162,27 @@ impl TileSums {
     /// Adds the answers to a batch. `weights` is empty where all are 1.
     pub(super) fn add(&mut self, class: usize, slots: &[u8], weights: &[f32], occluded: &[u64]) {
         let ClassSums { lit, all } = &mut self.classes[class];
-        for (ray, &slot) in slots.iter().enumerate() {
-            let weight = weights.get(ray).map_or(1.0, |&weight| f64::from(weight));
-            all[usize::from(slot)] += weight;
-            if !bit(occluded, ray) {
-                lit[usize::from(slot)] += weight;
+        // Run by run of rays of a pixel.
+        let mut first = 0;
+        for run in slots.chunk_by(|a, b| a == b) {
+            let rays = first..first + run.len();
+            first = rays.end;
+            let slot = usize::from(run[0]);
+            if weights.is_empty() {
+                // Whole numbers: the same as one after the other.
+                let open = rays.clone().filter(|&ray| !bit(occluded, ray)).count();
+                all[slot] += run.len() as f64;
+                lit[slot] += open as f64;
+                continue;
             }
+            let (mut lit_sum, mut all_sum) = (lit[slot], all[slot]);
+            for ray in rays {
+                let weight = f64::from(weights[ray]);
+                all_sum += weight;
+                // Adding zero to a sum that is not negative leaves it as it is.
+                lit_sum += if bit(occluded, ray) { 0.0 } else { weight };
+            }
+            (lit[slot], all[slot]) = (lit_sum, all_sum);
         }
     }
 

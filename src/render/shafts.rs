@@ -85,8 +85,8 @@ pub(super) struct Gate {
 }
 
 impl Gate {
-    const PATIENCE: u32 = 6;
-    const STRIDE: u32 = 5;
+    const PATIENCE: u32 = 4;
+    const STRIDE: u32 = 8;
 
     pub(super) fn is_open(&mut self) -> bool {
         self.seen += 1;
@@ -124,7 +124,12 @@ fn target(shape: &LightShape, origins: &[Vec3], scene: &Aabb) -> Option<Target> 
         }
         LightShape::Sphere { center, radius } => {
             let (center, radius) = (center.as_dvec3(), f64::from(radius));
-            Target::new(&[center], radius + slack(&[center + radius, center - radius]))
+            let slack = slack(&[center + radius, center - radius]);
+            // So small that its normals are noise: nothing can be said of where its samples end.
+            if radius < 1e-6 * slack {
+                return None;
+            }
+            Target::new(&[center], radius + slack)
         }
         LightShape::Point { position } => {
             let position = position.as_dvec3();

@@ -80,6 +80,12 @@ impl Skips {
         Self(self.0 | 1 << skip as u32)
     }
 
+    /// These but those that ask the backend's tree about many rays at once.
+    #[must_use]
+    pub fn without_shafts(self) -> Self {
+        Skip::SHAFTS.into_iter().fold(self, Self::without)
+    }
+
     /// These but one.
     #[must_use]
     pub const fn without(self, skip: Skip) -> Self {

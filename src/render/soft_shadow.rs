@@ -117,12 +117,21 @@ enum Kind {
     },
 }
 
+/// How far rays end before the light: as a way off its plane, and as the share of the whole ray that
+/// leads as far from the plane.
+#[derive(Clone, Copy, Debug)]
+struct Lift {
+    away: DVec3,
+    share: f64,
+}
+
 /// The plane of a flat light.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: DVec3,
-    /// Height of the surface point above it, positive on the emitting side.
+    /// Height of the surface point above it, positive on the emitting side, and one over it.
     height: f64,
+    inverse_height: f64,
     /// Largest coordinate difference between surface point and light.
     reach: f64,
 }
@@ -138,7 +147,9 @@ impl LightView {
         let below = |points: &[DVec3], margin: f64| {
             points.iter().all(|p| {
                 let d = *p - origin;
-                d.dot(normal) + margin < -1e-9 * (d.length() + margin)
+                // Samples lie at coordinates, and are as precise as those.
+                let rounding = 1e-14 * (reach(*p) + reach(origin));
+                d.dot(normal) + margin + rounding < -1e-9 * (d.length() + margin)
             })
         };
         let (kind, dark) = match light.shape {
@@ -147,8 +158,10 @@ impl LightView {
                 let edges @ [u, v] = [edge_u, edge_v].map(|e| e.as_dvec3());
                 let corners = [corner, corner + u, corner + v, corner + u + v];
                 let plane = Plane::new(u.cross(v).normalize_or_zero(), origin, &corners);
-                let dark = plane.height <= 0.0 || below(&corners, 0.0);
                 let by_angle = if by_area { None } else { rectangle(origin, corner, edges, plane) };
+                // The rectangle in its place has right angles, so that its corners lie elsewhere.
+                let skew = by_angle.map_or(0.0, |_| 2.0 * u.dot(v).abs() / u.length());
+                let dark = plane.height <= 0.0 || below(&corners, skew);
                 let area = u.cross(v).length();
                 let parallelogram = Kind::Parallelogram { corner, edges, area, plane };
                 (by_angle.unwrap_or(parallelogram), dark)
@@ -241,9 +254,9 @@ impl LightView {
                 samples,
                 #[inline(always)]
                 |point| {
-                    let [x, y] = shape.sample(point);
+                    let ([x, y], distance) = shape.sample(point);
                     let target = foot + axes[0] * x + axes[1] * y;
-                    self.segment(target, plane.lift(target), shape.solid_angle())
+                    self.segment(target, plane.lift(target), shape.solid_angle() / distance)
                 },
             ),
             Kind::Parallelogram { corner, edges, area, plane } => {
@@ -280,7 +293,8 @@ impl LightView {
                         let direction = frame.to_world(local);
                         let target = self.origin + direction * (distance * local.z - half_chord);
                         let plane = Plane::new((target - center) / radius, self.origin, &[target]);
-                        self.segment(target, plane.lift(target), TAU * one_minus_cos)
+                        let distance = (target - self.origin).length();
+                        self.segment(target, plane.lift(target), TAU * one_minus_cos / distance)
                     },
                 );
             }
@@ -312,9 +326,11 @@ impl LightView {
                 #[inline(always)]
                 |_| {
                     let to_light = position - self.origin;
+                    let distance = to_light.length();
                     let offset = offset_distance(reach(position), reach(to_light));
-                    let lift = -to_light * (offset / to_light.length()).min(0.5);
-                    self.segment(position, lift, 1.0 / to_light.length_squared())
+                    let share = 1.0 - (offset / distance).min(0.5);
+                    let lift = Lift { away: -to_light * (1.0 - share), share };
+                    self.segment(position, lift, 1.0 / (distance * distance * distance))
                 },
             ),
         }
@@ -330,19 +346,22 @@ impl LightView {
     #[inline(always)]
     fn by_area(&self, target: DVec3, area: f64, plane: &Plane) -> (DVec3, f32) {
         let squared = (target - self.origin).length_squared();
-        let solid_angle = area * plane.height.max(0.0) / (squared * squared.sqrt());
-        self.segment(target, plane.lift(target), solid_angle)
+        let density = area * plane.height.max(0.0) / (squared * squared);
+        self.segment(target, plane.lift(target), density)
     }
 
-    /// Direction and weight of the sample whose ray goes to `target + lift`; `lift` keeps it off
-    /// geometry that touches the light. `solid_angle`: one over the density per solid angle.
+    /// Direction and weight of the sample whose ray goes to `target`, or a little less far: `lift`
+    /// keeps it off geometry that touches the light. `factor`: one over the density per solid angle
+    /// and the distance of the target.
     #[inline(always)]
-    fn segment(&self, target: DVec3, lift: DVec3, solid_angle: f64) -> (DVec3, f32) {
-        let cosine = self.cosine(target - self.origin);
+    fn segment(&self, target: DVec3, lift: Lift, factor: f64) -> (DVec3, f32) {
+        let whole = target - self.origin;
         // To an end between numbers of f32: the difference is rounded, not the end.
-        let direction = target + lift - self.origin;
-        let weight = (cosine * solid_angle) as f32;
-        let usable = (self.normal.dot(direction) > 0.0) & (weight > 0.0) & weight.is_finite();
+        let lifted = whole + lift.away;
+        // Right below a large light the lift may lead below the horizon what is above it.
+        let direction = if self.normal.dot(lifted) > 0.0 { lifted } else { whole * lift.share };
+        let weight = (self.normal.dot(whole) * factor) as f32;
+        let usable = (weight > 0.0) & weight.is_finite();
         (direction, if usable { weight } else { 0.0 })
     }
 }
@@ -372,15 +391,18 @@ impl Plane {
     #[inline(always)]
     fn new(normal: DVec3, origin: DVec3, points: &[DVec3]) -> Self {
         let reach = points.iter().map(|&p| reach(p - origin)).fold(0.0, f64::max);
-        Self { normal, height: normal.dot(origin - points[0]), reach }
+        let height = normal.dot(origin - points[0]);
+        Self { normal, height, inverse_height: 1.0 / height, reach }
     }
 
     /// From `target` on the light towards the surface point: at most half of the way.
     #[inline(always)]
-    fn lift(&self, target: DVec3) -> DVec3 {
+    fn lift(&self, target: DVec3) -> Lift {
         // A ceiling that the light is set in may be a triangle much larger than the light.
-        let offset = offset_distance(reach(target), 4.0 * self.reach);
-        self.normal * offset.min(0.5 * self.height)
+        let offset = offset_distance(reach(target), 4.0 * self.reach).min(0.5 * self.height);
+        // Not a number where the light is dark anyway.
+        let part = (offset * self.inverse_height).min(0.5);
+        Lift { away: self.normal * offset, share: 1.0 - part }
     }
 }
 

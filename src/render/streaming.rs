@@ -21,7 +21,7 @@ use std::time::Instant;
 pub struct RenderOptions<'a> {
     /// Count what shadow rays visit, if the backend can.
     pub count_visits: bool,
-    /// What to leave out.
+    /// What to leave out; counting runs look through no shafts.
     pub skip: Skips,
     /// In which order tiles are taken.
     pub order: TileOrder,
@@ -65,7 +65,9 @@ pub fn render(
     plan.adapt(scene, accelerator, options.skip, &done);
     let plan = plan;
     let counted = options.count_visits && can_count(accelerator);
-    let walk = Walk { scene, accelerator, plan: &plan, skip: options.skip };
+    // Heat maps are of the whole tree and of all rays that matter.
+    let skip = if counted { options.skip.without_shafts() } else { options.skip };
+    let walk = Walk { scene, accelerator, plan: &plan, skip };
     let shared = Mutex::new((FilmBuilder::new(&plan, counted), Tally::new(&plan)));
     let order = plan.grid.order(options.order);
     order.par_iter().with_max_len(1).for_each_init(Worker::default, |worker, &tile| {

@@ -229,8 +229,10 @@ impl Walk<'_> {
             entry.clear();
             let shaft = aim.as_ref().and_then(|aim| aim.shaft(origins, group.normal, &bounds));
             let of_group = look(&shaft, &Entry::WHOLE, GROUP_BUDGET, &mut entry);
-            if self.skip.has(Skip::EntryPoints) && of_group == View::Partly {
-                pixels.start_at(&entry);
+            // Rays that are traced although all is known of them must not start where another group's do.
+            let is_traced = reason(of_group, light.is_some()).is_none_or(|by| !self.skip.has(by));
+            if self.skip.has(Skip::EntryPoints) && is_traced {
+                pixels.start_at(if of_group == View::Open { &Entry::WHOLE } else { &entry });
             }
             let mut gate = Gate::default();
             let by_pixel = of_group == View::Partly && origins.len() > 1;
@@ -262,6 +264,16 @@ const LEAST_LOOKED_FOR: u32 = 4;
 /// What is looked at for a group of pixels, and for one.
 const GROUP_BUDGET: Budget = Budget { nodes: 24, triangles: 32 };
 const PIXEL_BUDGET: Budget = Budget { nodes: 0, triangles: 8 };
+
+/// Why rays of which that is known, to a light or not, need not be traced.
+fn reason(view: View, to_light: bool) -> Option<Skip> {
+    match view {
+        View::Open if to_light => Some(Skip::LitShafts),
+        View::Open => Some(Skip::OpenHemispheres),
+        View::Blocked => Some(Skip::BlockedShafts),
+        View::Partly => None,
+    }
+}
 
 /// What turns pixels into samples of one class.
 struct Pixels<'a, 'w> {
@@ -298,13 +310,7 @@ impl Pixels<'_, '_> {
             self.skipped[Skip::DarkLights as usize] += u64::from(count);
             return;
         }
-        let by = match view {
-            View::Open if self.light.is_some() => Some(Skip::LitShafts),
-            View::Open => Some(Skip::OpenHemispheres),
-            View::Blocked => Some(Skip::BlockedShafts),
-            View::Partly => None,
-        };
-        let by = by.filter(|by| skip(*by));
+        let by = reason(view, self.light.is_some()).filter(|by| skip(*by));
         if let (Some(by), None) = (by, view_of_light) {
             self.skipped[by as usize] += u64::from(count);
             let is_lit = view == View::Open;
@@ -338,7 +344,11 @@ impl Pixels<'_, '_> {
             light.sample_all(points, of_light);
             let weights = &of_light.weights()[..points.len()];
             if let Some(by) = by {
-                let weightless = weights.iter().filter(|&&weight| weight == 0.0).count() as u64;
+                let weightless = if skip(Skip::Weightless) {
+                    weights.iter().filter(|&&weight| weight == 0.0).count() as u64
+                } else {
+                    0
+                };
                 self.skipped[Skip::Weightless as usize] += weightless;
                 self.skipped[by as usize] += points.len() as u64 - weightless;
                 let (count, is_lit) = (points.len() as u32, view == View::Open);

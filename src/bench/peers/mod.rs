@@ -10,11 +10,12 @@ mod builds;
 mod summary;
 mod workers;
 
-use super::{Experiment, ExperimentEntry, Output, Settings, Subject};
+use super::{Experiment, ExperimentEntry, Settings, Subject};
 use crate::backend::{Accelerator, BackendSpec, BuildStats};
 use crate::measure::{Summary, interleaved, ratios, trace};
 use crate::ray_set::{RaySet, occluded_count};
 use crate::render::Pass;
+use crate::results::Output;
 use crate::{Error, Result};
 use arrangement::ARRANGEMENTS;
 use serde::Serialize;

@@ -3,10 +3,11 @@
 use super::arrangement::ARRANGEMENTS;
 use super::{ENTRY, Row, builds};
 use crate::Result;
-use crate::bench::{Output, distinct};
+use crate::bench::distinct;
 use crate::chart::{Axis, Bars, Better, Body, Group, HeatTable};
 use crate::measure::geometric_mean;
 use crate::report::table;
+use crate::results::Output;
 use serde::Serialize;
 use std::fmt::Write;
 

@@ -16,24 +16,22 @@ pub(super) static ENTRY: SamplerEntry = SamplerEntry {
 /// Points of a sequence of the crate: longer ones are made of several.
 const LONGEST: u32 = 1 << 16;
 
-/// The first [`LONGEST`] points before scrambling, bits reversed: first coordinates, then second.
-fn table() -> &'static [Vec<u32>; 2] {
-    static TABLE: OnceLock<[Vec<u32>; 2]> = OnceLock::new();
+/// The second coordinates of the first [`LONGEST`] points before scrambling, bits reversed. The first
+/// coordinates need no table: that of a point is its index.
+fn table() -> &'static [u32] {
+    static TABLE: OnceLock<Vec<u32>> = OnceLock::new();
     TABLE.get_or_init(|| {
-        [0, 1].map(|dimension| {
-            let mut points = vec![0; LONGEST as usize];
-            // Each point is that of its index without the lowest bit, and that of the bit.
-            for index in 1..LONGEST {
-                let bit = index & index.wrapping_neg();
-                let of_bit = if bit == index {
-                    sobol_rev(bit.reverse_bits(), dimension)
-                } else {
-                    points[bit as usize]
-                };
-                points[index as usize] = points[(index ^ bit) as usize] ^ of_bit;
-            }
-            points
-        })
+        let mut points = vec![0; LONGEST as usize];
+        // Each point is that of its index without the lowest bit, and that of the bit.
+        for index in 1..LONGEST {
+            let bit = index & index.wrapping_neg();
+            points[index as usize] = if bit == index {
+                sobol_rev(bit.reverse_bits(), 1)
+            } else {
+                points[(index ^ bit) as usize] ^ points[bit as usize]
+            };
+        }
+        points
     })
 }
 
@@ -56,20 +54,21 @@ fn fill(request: &Request, u: &mut [f32], v: &mut [f32]) {
 
 /// Points of one sequence.
 #[inline(always)]
-fn part(table: &[Vec<u32>; 2], start: u32, seed: u32, u: &mut [f32], v: &mut [f32]) {
+fn part(table: &[u32], start: u32, seed: u32, u: &mut [f32], v: &mut [f32]) {
     let shuffle = hash(seed ^ 0x79c6_8e4a);
-    let of_dimension = |dimension: usize, word: u32, values: &mut [f32]| {
-        let points = &table[dimension][..LONGEST as usize];
-        let scramble = hash(seed.wrapping_mul(0x9c8f_2d3b) ^ word);
-        for (offset, value) in (0u32..).zip(values) {
-            let index = (start + offset).reverse_bits();
-            let index = (owen_scramble_rev(index, shuffle).reverse_bits() % LONGEST) as usize;
-            let point = owen_scramble_rev(points[index], scramble);
-            *value = u32_to_f32_norm(point.reverse_bits());
-        }
-    };
-    of_dimension(0, 0x912f_69ba, u);
-    of_dimension(1, 0x174f_18ab, v);
+    let [of_u, of_v] =
+        [0x912f_69ba, 0x174f_18ab].map(|word| hash(seed.wrapping_mul(0x9c8f_2d3b) ^ word));
+    let table = &table[..LONGEST as usize];
+    let len = u.len();
+    let v = &mut v[..len];
+    let scrambled =
+        |point, scramble| u32_to_f32_norm(owen_scramble_rev(point, scramble).reverse_bits());
+    for place in 0..len {
+        let index = owen_scramble_rev((start + place as u32).reverse_bits(), shuffle);
+        let index = index.reverse_bits() % LONGEST;
+        u[place] = scrambled(index, of_u);
+        v[place] = scrambled(table[index as usize], of_v);
+    }
 }
 
 #[cfg(test)]

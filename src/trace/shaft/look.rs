@@ -51,7 +51,16 @@ impl Parts {
         self.len += 1;
     }
 
-    fn get(&self, index: usize) -> Part {
+    /// Moves a part to the place of another, at or before it.
+    fn move_to(&mut self, from: usize, to: usize) {
+        for sides in self.planes.as_flattened_mut() {
+            sides[to] = sides[from];
+        }
+        self.children[to] = self.children[from];
+    }
+
+    /// Part `index`.
+    pub fn get(&self, index: usize) -> Part {
         let corner = |side: usize| Vec3::from_array(self.planes.map(|axis| axis[side][index]));
         let bounds = Aabb { min: corner(0), max: corner(1) };
         Part { child: self.children[index], bounds }
@@ -72,26 +81,40 @@ pub trait Hierarchy {
 
 /// Where rays of a group may start, instead of at the root: subtrees that hold all that is in the way
 /// of any of them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Entry {
-    /// At most eight, in the order in which they are to be visited; `None` stands for the whole tree.
-    parts: Option<Vec<Part>>,
+    is_whole: bool,
+    parts: Parts,
+}
+
+impl Default for Entry {
+    fn default() -> Self {
+        Self::WHOLE
+    }
 }
 
 impl Entry {
     /// The whole tree.
-    pub const WHOLE: Self = Self { parts: None };
+    pub const WHOLE: Self = Self { is_whole: true, parts: Parts::NONE };
     /// Most subtrees.
     pub const MOST: usize = WIDTH;
 
-    /// The subtrees, if they are not the whole tree.
-    pub fn parts(&self) -> Option<&[Part]> {
-        self.parts.as_deref()
+    /// The subtrees, in the order in which they are to be visited; `None` stands for the whole tree.
+    #[inline]
+    pub fn parts(&self) -> Option<&Parts> {
+        if self.is_whole { None } else { Some(&self.parts) }
     }
 
     /// Makes it the whole tree.
     pub fn clear(&mut self) {
-        self.parts = None;
+        self.is_whole = true;
+    }
+
+    /// Makes it these subtrees, at most eight.
+    fn set(&mut self, parts: &[Part]) {
+        self.is_whole = false;
+        self.parts.len = 0;
+        parts.iter().for_each(|part| self.parts.push(part));
     }
 }
 
@@ -117,55 +140,76 @@ pub fn look(
     entry: &mut Entry,
 ) -> View {
     let mut fresh = Parts::NONE;
-    match from.parts() {
-        Some(all) => all.iter().for_each(|part| fresh.push(part)),
-        None => tree.root().iter().for_each(|part| fresh.push(part)),
-    }
-    let (mut first, mut second) = (List::NONE, List::NONE);
-    let (mut parts, mut next) = (&mut first, &mut second);
-    parts.extend(shaft, &fresh);
-    // Level by level, for as long as there is room.
-    let noted = entry.parts.get_or_insert_default();
-    noted.clear();
-    noted.extend_from_slice(parts.get());
-    while budget.nodes > 0 && parts.get().iter().any(|part| !tree.is_leaf(part.child)) {
-        next.len = 0;
-        for part in parts.get() {
-            if budget.nodes == 0 || tree.is_leaf(part.child) {
-                next.push(*part);
-            } else {
-                budget.nodes -= 1;
-                fresh.len = 0;
-                tree.children(part, &mut fresh);
-                next.extend(shaft, &fresh);
-            }
-            if next.len > MOST_PARTS {
-                break;
-            }
+    let start = match from.parts() {
+        Some(parts) => parts,
+        None => {
+            tree.root().iter().for_each(|part| fresh.push(part));
+            &fresh
         }
-        if next.len > MOST_PARTS {
-            break;
-        }
-        std::mem::swap(&mut parts, &mut next);
-        if parts.len <= Entry::MOST {
-            noted.clear();
-            noted.extend_from_slice(parts.get());
-        }
+    };
+    entry.is_whole = false;
+    entry.parts.len = 0;
+    each_met(shaft, start, |part| entry.parts.push(&part));
+    if budget.nodes > 0 {
+        open_nodes(tree, shaft, budget.nodes, entry);
     }
     // Boxes have said what they can: now the triangles of what is left.
     let mut view = View::Open;
-    noted.retain(|part| {
-        if view == View::Blocked || !tree.is_leaf(part.child) {
-            view = if view == View::Blocked { view } else { View::Partly };
-            return true;
+    let mut kept = 0;
+    for index in 0..entry.parts.len {
+        let child = entry.parts.children[index];
+        let of_part = if view == View::Blocked || !tree.is_leaf(child) {
+            View::Partly
+        } else {
+            look_at_leaf(tree, shaft, child, &mut budget.triangles)
+        };
+        if of_part != View::Open {
+            entry.parts.move_to(index, kept);
+            kept += 1;
+            view = if view == View::Blocked { view } else { of_part };
         }
-        let of_leaf = look_at_leaf(tree, shaft, part.child, &mut budget.triangles);
-        if of_leaf != View::Open && view != View::Blocked {
-            view = of_leaf;
-        }
-        of_leaf != View::Open
-    });
+    }
+    entry.parts.len = kept;
     view
+}
+
+/// Opens nodes level by level, for as long as there is room, and sets the entry to the last of the
+/// parts that it has room for.
+fn open_nodes(tree: &impl Hierarchy, shaft: &Shaft<'_>, mut budget: usize, entry: &mut Entry) {
+    let mut fresh = Parts::NONE;
+    let (mut first, mut second) = (List::NONE, List::NONE);
+    let (mut parts, mut next) = (&mut first, &mut second);
+    (0..entry.parts.len).for_each(|index| parts.push(entry.parts.get(index)));
+    while budget > 0 && parts.get().iter().any(|part| !tree.is_leaf(part.child)) {
+        next.len = 0;
+        for part in parts.get() {
+            if budget == 0 || tree.is_leaf(part.child) {
+                next.push(*part);
+            } else {
+                budget -= 1;
+                fresh.len = 0;
+                tree.children(part, &mut fresh);
+                each_met(shaft, &fresh, |part| next.push(part));
+            }
+            if next.len > MOST_PARTS {
+                return;
+            }
+        }
+        std::mem::swap(&mut parts, &mut next);
+        if parts.len <= Entry::MOST {
+            entry.set(parts.get());
+        }
+    }
+}
+
+/// Tells those parts that the shaft may meet.
+#[inline]
+fn each_met(shaft: &Shaft<'_>, parts: &Parts, mut tell: impl FnMut(Part)) {
+    let mut met = shaft.meets(&parts.planes) & ((1 << parts.len) - 1);
+    while met != 0 {
+        tell(parts.get(met.trailing_zeros() as usize));
+        met &= met - 1;
+    }
 }
 
 /// What a leaf is to the rays; once there is something in the way of some, whether one triangle stops
@@ -212,14 +256,5 @@ impl List {
     fn push(&mut self, part: Part) {
         self.parts[self.len] = part;
         self.len += 1;
-    }
-
-    /// Appends those that the shaft may meet.
-    fn extend(&mut self, shaft: &Shaft<'_>, fresh: &Parts) {
-        let mut met = shaft.meets(&fresh.planes) & ((1 << fresh.len) - 1);
-        while met != 0 {
-            self.push(fresh.get(met.trailing_zeros() as usize));
-            met &= met - 1;
-        }
     }
 }

@@ -28,6 +28,9 @@ const SLACK: f64 = 1e-9;
 /// Coordinates may be so many times larger than that: a sum of products of theirs is then right to
 /// less than the slack (eight roundings of `2^-53`).
 const MOST_RATIO: f64 = 1e5;
+/// The largest coordinate of a shaft's ends is at least this: directions of smaller ones lose digits
+/// when they are rounded to `f32`, whose smallest number is `1.4e-45`.
+const LEAST_SCALE: f64 = 1e-30;
 
 /// Where rays end.
 #[derive(Clone, Debug)]
@@ -168,7 +171,7 @@ impl<'a> Shaft<'a> {
         let largest = |v: [DVec3; 2]| v[0].abs().max(v[1].abs()).max_element();
         let scale = largest(bounds) + reach;
         let of_scene = largest([scene.min.as_dvec3(), scene.max.as_dvec3()]);
-        let fits = scale.is_finite() && of_scene <= MOST_RATIO * scale && scale > 1e-100;
+        let fits = scale.is_finite() && of_scene <= MOST_RATIO * scale && scale > LEAST_SCALE;
         let slack = SLACK * scale;
         fits.then_some(Self {
             bounds,

@@ -250,8 +250,11 @@ impl Batch<'_> {
     fn trace<S: Simd, W: Wide, T: Tally>(self, s: S, w: W, scratch: &mut Scratch, tally: &mut T) {
         let Self { query, rays, occluded } = self;
         let Query { tree, mesh, way, mode, entry } = *query;
-        let parts = entry.parts().map(|parts| parts.iter().map(|part| (part.child, part.bounds)));
-        let entry = parts.map(|parts| Node8::new(&parts.collect::<Vec<_>>()));
+        let entry = entry.parts().map(|parts| Node8 {
+            planes: parts.planes,
+            children: parts.children,
+            len: parts.len as u32,
+        });
         let start = Start { tree, entry: entry.as_ref() };
         let one_by_one = match way {
             Way::Automatic => rays.len() < LEAST_TOGETHER,

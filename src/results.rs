@@ -19,7 +19,8 @@ pub struct Output {
 }
 
 impl Output {
-    pub(super) fn new(folder: PathBuf, scenes: &[String]) -> Self {
+    /// Nothing is written yet. `scenes` are the names of what is measured.
+    pub fn new(folder: PathBuf, scenes: &[String]) -> Self {
         let cpu = cpu_name().unwrap_or_else(|| "unknown processor".into());
         Self {
             folder,
@@ -35,16 +36,16 @@ impl Output {
         &self.scenes
     }
 
-    /// Puts an experiment's rows into the record and into `experiment.csv`.
+    /// Puts rows into the record under a name and into `name.csv`.
     ///
     /// # Errors
     /// [`Error::Io`](crate::Error::Io) naming the file.
-    pub fn rows(&mut self, experiment: &str, rows: &[impl Serialize]) -> Result<()> {
-        let file = format!("{experiment}.csv");
+    pub fn rows(&mut self, name: &str, rows: &[impl Serialize]) -> Result<()> {
+        let file = format!("{name}.csv");
         write_csv(&self.folder.join(&file), rows)?;
         self.files.push(file);
         let value = serde_json::to_value(rows).expect("rows are plain records");
-        self.rows.insert(experiment.to_string(), value);
+        self.rows.insert(name.to_string(), value);
         Ok(())
     }
 
@@ -53,25 +54,38 @@ impl Output {
     /// # Errors
     /// [`Error::Io`](crate::Error::Io) naming the file.
     pub fn chart(&mut self, name: &str, title: &str, subtitle: &str, body: Body) -> Result<()> {
-        let chart = Chart {
-            title: title.into(),
-            subtitle: subtitle.into(),
-            footnote: self.footnote.clone(),
-            body,
-        };
-        chart.write(&self.folder.join(name))?;
+        self.made(title, subtitle, body).write(&self.folder.join(name))?;
         self.files.extend([format!("{name}.png"), format!("{name}.svg")]);
         Ok(())
     }
 
-    pub(super) fn write_text(&mut self, name: &str, text: &str) -> Result<()> {
+    /// Draws a chart as `name.png` only: of pictures.
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::Error::Io) naming the file.
+    pub fn pictures(&mut self, name: &str, title: &str, subtitle: &str, body: Body) -> Result<()> {
+        self.made(title, subtitle, body).write_png(&self.folder.join(name))?;
+        self.files.push(format!("{name}.png"));
+        Ok(())
+    }
+
+    fn made(&self, title: &str, subtitle: &str, body: Body) -> Chart {
+        let footnote = self.footnote.clone();
+        Chart { title: title.into(), subtitle: subtitle.into(), footnote, body }
+    }
+
+    /// Writes `text` and an end of line as the file `name`.
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::Error::Io) naming the file.
+    pub fn write_text(&mut self, name: &str, text: &str) -> Result<()> {
         write_atomically(self.folder.join(name), |out| writeln!(out, "{text}"))?;
         self.files.push(name.to_string());
         Ok(())
     }
 
-    /// The rows by experiment, and the files.
-    pub(super) fn into_record(self) -> (serde_json::Map<String, serde_json::Value>, Vec<String>) {
+    /// The rows by name, and the files.
+    pub fn into_record(self) -> (serde_json::Map<String, serde_json::Value>, Vec<String>) {
         (self.rows, self.files)
     }
 }
