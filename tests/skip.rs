@@ -231,7 +231,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 /// Settings for the scene in this place of the list: every sampler, way to sample lights and number
 /// of samples gets its turn.
 fn settings(scene: &Scene, turn: usize) -> Vec<RenderSettings> {
-    const COUNTS: [(u32, u32); 4] = [(4, 3), (1, 2), (3, 2), (4, 1)];
+    const COUNTS: [(u32, u32); 4] = [(8, 3), (1, 2), (3, 2), (8, 1)];
     let of = |(spp, camera_samples), turn: usize| RenderSettings {
         size: [26, 18],
         spp,
@@ -343,7 +343,8 @@ fn pictures_have_the_same_bits_whatever_is_left_out() {
         }
     }
     println!("{uses:?} rays left out, {from_entries} from entries");
-    for skip in Skip::ALL {
+    // Geometry is left out before a backend is built: see `src/render/unseen.rs`.
+    for skip in Skip::ALL.into_iter().filter(|skip| *skip != Skip::UnseenGeometry) {
         let works = if skip == Skip::EntryPoints { from_entries } else { uses[skip as usize] };
         assert!(works > 0, "{} has left out nothing", skip.name());
     }

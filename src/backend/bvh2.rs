@@ -139,7 +139,12 @@ impl Accelerator for Bvh2Backend {
     }
 
     fn look(&self, shaft: &Shaft<'_>, from: &Entry, budget: Budget, entry: &mut Entry) -> View {
-        shaft::look(&self.built.tree, shaft, from, budget, entry)
+        let view = shaft::look(&self.built.tree, shaft, from, budget, entry);
+        if self.in_packets {
+            // They start at the root.
+            entry.clear();
+        }
+        view
     }
 
     fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {

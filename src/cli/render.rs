@@ -5,7 +5,9 @@ use super::{print, progress};
 use crate::backend::{BackendSpec, BuildStats};
 use crate::image_file::{self, heat_map, tone_map};
 use crate::lab::Lab;
-use crate::render::{Adaptive, Pass, RenderOptions, RenderSettings, RenderStats, Skips, render};
+use crate::render::{
+    Adaptive, Pass, RenderOptions, RenderSettings, RenderStats, Skip, Skips, render, seen_part,
+};
 use crate::report::{Provenance, SceneReport, write_json};
 use crate::{Error, Result};
 use clap::Args;
@@ -68,6 +70,7 @@ struct RenderReport<'a> {
     sampler: &'static str,
     light_sampling: &'static str,
     skip: String,
+    triangles_left_out: u64,
     /// Most samples of a pixel, where sampling is adaptive.
     adaptive: Option<u32>,
     /// The layers asked for; all if absent.
@@ -94,7 +97,11 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
         ..arguments.picture.settings(&scene, run.seed, passes, SAMPLES)?
     };
     settings.check_for(&scene)?;
-    let accelerator = Lab::new(&scene, run.seed).build(&arguments.backend)?;
+    let part = arguments.skip.has(Skip::UnseenGeometry).then(|| seen_part(&scene, &settings));
+    let part = part.flatten();
+    let triangles_left_out = part.as_ref().map_or(0, |(_, count)| *count);
+    let seen = part.as_ref().map_or(&scene, |(seen, _)| seen);
+    let accelerator = Lab::new(seen, run.seed).build(&arguments.backend)?;
     let bar = progress::bar("render", 0, run.quiet);
     let progress = |done: usize, total: usize| {
         bar.set_length(total as u64);
@@ -106,7 +113,7 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
         progress: Some(&progress),
         ..RenderOptions::default()
     };
-    let rendering = render(&scene, &*accelerator, &settings, &options)?;
+    let rendering = render(seen, &*accelerator, &settings, &options)?;
     bar.finish_and_clear();
     let output =
         output.map_or_else(|| PathBuf::from(format!("{}.exr", scene.name)), Path::to_path_buf);
@@ -144,6 +151,7 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
             sampler: settings.sampler.name,
             light_sampling: settings.light_sampling.name(),
             skip: arguments.skip.to_string(),
+            triangles_left_out,
             adaptive: arguments.adaptive,
             layers: settings.layers.as_deref(),
             render: &rendering.stats,
@@ -157,6 +165,13 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
     let mut text = String::new();
     if arguments.stats {
         text = stats_text(arguments, &settings, build, &rendering.stats);
+        if triangles_left_out > 0 {
+            let of = scene.mesh.len();
+            let _ = writeln!(
+                text,
+                "{triangles_left_out} of {of} triangles not built: no ray meets them"
+            );
+        }
     }
     print(&(text + &files.join("\n")))
 }

@@ -23,6 +23,7 @@ mod surface;
 mod surface_lanes;
 mod tile;
 mod training;
+mod unseen;
 mod walk;
 pub mod warp;
 
@@ -39,6 +40,7 @@ pub use streaming::{RenderOptions, Rendering, render};
 pub use surface::SurfacePoint;
 pub use tile::{TILE_PIXELS, TILE_SIZE, Tile, TileGrid, TileOrder};
 pub use training::training_rays;
+pub use unseen::seen_part;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

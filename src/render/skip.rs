@@ -17,17 +17,21 @@ pub enum Skip {
     OpenHemispheres,
     /// The upper part of the tree, where rays of a tile can start below it.
     EntryPoints,
+    /// Geometry that no ray of the picture can meet: by [`seen_part`](super::seen_part), before
+    /// anything is built.
+    UnseenGeometry,
 }
 
 impl Skip {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Weightless,
         Self::DarkLights,
         Self::LitShafts,
         Self::BlockedShafts,
         Self::OpenHemispheres,
         Self::EntryPoints,
+        Self::UnseenGeometry,
     ];
     /// Those that ask the backend's tree about many rays at once.
     pub(super) const SHAFTS: [Self; 4] =
@@ -42,6 +46,7 @@ impl Skip {
             Self::BlockedShafts => "blocked-shafts",
             Self::OpenHemispheres => "open-hemispheres",
             Self::EntryPoints => "entry-points",
+            Self::UnseenGeometry => "unseen-geometry",
         }
     }
 
@@ -54,6 +59,9 @@ impl Skip {
             Self::BlockedShafts => "rays to a light where one triangle stops all, likewise",
             Self::OpenHemispheres => "ambient-occlusion rays where nothing is near, likewise",
             Self::EntryPoints => "the top of the tree, where a tile's rays can start below it",
+            Self::UnseenGeometry => {
+                "triangles that no ray of the picture can meet: not built (render)"
+            }
         }
     }
 }

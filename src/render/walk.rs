@@ -260,7 +260,7 @@ impl Scratch {
 }
 
 /// Fewer samples are traced sooner than looked after.
-const LEAST_LOOKED_FOR: u32 = 4;
+const LEAST_LOOKED_FOR: u32 = 8;
 /// What is looked at for a group of pixels, and for one.
 const GROUP_BUDGET: Budget = Budget { nodes: 24, triangles: 32 };
 const PIXEL_BUDGET: Budget = Budget { nodes: 0, triangles: 8 };
