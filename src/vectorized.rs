@@ -15,3 +15,21 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     }
     pulp::Arch::new().dispatch(Work(work))
 }
+
+/// `a - b`; as those below without a branch, in whatever loop it is.
+#[inline(always)]
+pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// The dot product.
+#[inline(always)]
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The cross product.
+#[inline(always)]
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
+}

@@ -134,6 +134,19 @@ fn roof() -> Scene {
     scene
 }
 
+/// A light that leans over its receivers so low that rays to it are shortened, to end before a wall
+/// right before it that all ways to the light go through.
+fn short_rays() -> Scene {
+    let mut shapes = Shapes::default();
+    shapes.level(0.0, [-0.05, 0.05], [-0.05, 0.05]);
+    shapes.triangle([[0.998, -50.0, -50.0], [0.998, 50.0, -50.0], [0.998, 0.0, 90.0]]);
+    let lamp = quad([1.0, 1e-6, -0.5], Vec3::Z, Vec3::new(-1e-3, 1e-6, 0.0));
+    let mut scene = shapes.scene(vec![lamp]);
+    scene.camera.eye = Vec3::new(0.0, 0.1, 0.01);
+    scene.camera.look_at = Vec3::ZERO;
+    scene
+}
+
 /// Boxes and bits on a floor.
 fn clutter() -> Scene {
     let mut random = Random::new(0xc1);
@@ -176,6 +189,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     let mut shapes = Shapes::default();
     let mut all = vec![("open sky", open_sky()), ("roof", roof()), ("clutter", clutter())];
     all.push(("two planes", two_planes()));
+    all.push(("short rays", short_rays()));
     all.push(("skewed strip", skewed_strip()));
     shapes.floor().triangle([[-2.0, 1.5, 0.1], [2.0, 1.5, -0.1], [0.0, 1.5004, 0.0003]]);
     all.push(("sliver", shapes.scene(all_lights())));

@@ -7,6 +7,7 @@
 use super::{PADDING, PLAIN, SMALLEST_SHARE};
 use crate::geometry::{Aabb, Triangle};
 use crate::ray::Ray;
+use crate::vectorized::{cross, dot, minus};
 
 /// Hits that are computed at once.
 pub(crate) const HIT_LANES: usize = 8;
@@ -117,19 +118,4 @@ fn min(a: f32, b: f32) -> f32 {
 #[inline(always)]
 fn wide(a: [f32; 3]) -> [f64; 3] {
     a.map(f64::from)
-}
-
-#[inline(always)]
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }

@@ -1,4 +1,4 @@
-//! Groups of a tile's points, and the shafts of their rays.
+//! Groups of a tile's points, the shafts of their rays, and where rays to lights end.
 
 use super::surface::SurfacePoint;
 use crate::geometry::Aabb;
@@ -151,4 +151,40 @@ fn target(shape: &LightShape, origins: &[Vec3], scene: &Aabb) -> Option<Target> 
             Target::new(&[center + axis * distance], distance * spread + (high - center).length())
         }
     })
+}
+
+/// Where rays to a light end, roughly.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Ends {
+    /// In a ball.
+    Within { center: DVec3, radius: f64 },
+    /// Nowhere: they go along a unit direction, but for an angle of this sine.
+    Along { direction: DVec3, sine: f64 },
+}
+
+impl Ends {
+    /// Of rays to such a light, whatever the surface.
+    pub(super) fn of(shape: &LightShape) -> Self {
+        let around = |points: &[DVec3], radius: f32| {
+            let center = points.iter().sum::<DVec3>() / points.len() as f64;
+            let farthest = points.iter().map(|p| (*p - center).length()).fold(0.0, f64::max);
+            let slack = 1e-5 * points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+            Self::Within { center, radius: (farthest + f64::from(radius)) * (1.0 + 1e-5) + slack }
+        };
+        match *shape {
+            LightShape::Quad { corner, edge_u, edge_v } => {
+                let [corner, u, v] = [corner, edge_u, edge_v].map(|v| v.as_dvec3());
+                around(&[corner, corner + u, corner + v, corner + u + v], 0.0)
+            }
+            LightShape::Disk { center, radius, .. } | LightShape::Sphere { center, radius } => {
+                around(&[center.as_dvec3()], radius)
+            }
+            LightShape::Point { position } => around(&[position.as_dvec3()], 0.0),
+            LightShape::Directional { direction, angular_diameter_degrees } => {
+                let half = 0.5 * f64::from(angular_diameter_degrees.max(0.0)).to_radians();
+                let direction = -direction.as_dvec3().normalize();
+                Self::Along { direction, sine: half.sin() + 1e-5 }
+            }
+        }
+    }
 }

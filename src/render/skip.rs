@@ -2,7 +2,8 @@
 
 use crate::{Error, Result};
 
-/// One reason to leave work out. None changes a bit of the picture.
+/// One reason to leave work out. None changes a bit of the picture, if the backend answers exactly: what
+/// shafts say is true of each ray, and `mode=fast` errs now and then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Skip {
     /// Samples that bring nothing: below the surface's horizon or on a light's dark side.

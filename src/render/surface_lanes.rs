@@ -1,11 +1,12 @@
 //! The points that several camera rays see at once: lane by lane what [`SurfacePoint::new`] computes,
 //! operation by operation, so to the same bits.
 //!
-//! One loop without a branch, which `pulp` has compiled for several instruction sets.
+//! One loop without a branch, compiled for the vectors that there are.
 
 use super::surface::{SurfacePoint, offset_distance};
 use crate::geometry::{Triangle, TriangleMesh};
 use crate::ray::{Hit, Ray};
+use crate::vectorized::{cross, dot, minus, vectorized};
 use glam::{DVec3, Vec3};
 
 const LANES: usize = 8;
@@ -35,7 +36,10 @@ pub(super) fn points_seen(
         if count == 0 {
             return;
         }
-        let points_of_lanes = pulp::Arch::new().dispatch(Work(&lanes));
+        let points_of_lanes = vectorized(
+            #[inline(always)]
+            || see(&lanes),
+        );
         for (lane, (triangle, ray)) in given.iter().flatten().enumerate() {
             let point = points_of_lanes.point(lane);
             points.push(point.unwrap_or_else(|| SurfacePoint::new(triangle, ray)));
@@ -83,16 +87,6 @@ impl Points {
             normal: DVec3::from_array(self.normal.map(|row| row[lane])),
             distance: self.distance[lane],
         })
-    }
-}
-
-struct Work<'a>(&'a Lanes);
-
-impl pulp::WithSimd for Work<'_> {
-    type Output = Points;
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Points {
-        see(self.0)
     }
 }
 
@@ -153,21 +147,6 @@ fn max(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn largest(a: [f64; 3]) -> f64 {
     max(max(a[0].abs(), a[1].abs()), a[2].abs())
-}
-
-#[inline(always)]
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Geometry that the picture cannot see, nor the shadows that it casts: not even built into a tree.
 
 use super::settings::{Pass, RenderSettings};
-use super::soft_shadow::Ends;
+use super::shafts::Ends;
 use crate::geometry::TriangleMesh;
 use crate::scene::Scene;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Part of the triangles that must go for a smaller mesh to pay.
@@ -23,8 +24,8 @@ pub fn seen_part(scene: &Scene, settings: &RenderSettings) -> Option<(Scene, u64
     }
     let eye = scene.camera.eye.as_dvec3();
     let mesh = &scene.mesh;
-    let is_seen = |index: &usize| {
-        let corners = mesh.triangle(*index).0.map(|v| v.as_dvec3() - eye);
+    let is_seen = |triangle: &&[u32; 3]| {
+        let corners = triangle.map(|vertex| mesh.vertices()[vertex as usize].as_dvec3() - eye);
         // Camera rays and points are rounded, each to a millionth of its distance at most.
         let far = corners.iter().map(|c| c.abs().max_element()).fold(0.0, f64::max);
         let slack = 1e-5 * (far + eye.abs().max_element());
@@ -32,14 +33,12 @@ pub fn seen_part(scene: &Scene, settings: &RenderSettings) -> Option<(Scene, u64
             corners.iter().any(|corner| normal.dot(*corner) >= *least - slack)
         })
     };
-    let kept: Vec<usize> = (0..mesh.len()).filter(is_seen).collect();
+    let kept: Vec<_> = mesh.triangles().par_iter().filter(is_seen).copied().collect();
     let left_out = mesh.len() - kept.len();
     if (left_out as f64) < LEAST_SHARE * mesh.len() as f64 {
         return None;
     }
-    let vertices = kept.iter().flat_map(|&index| mesh.triangle(index).0).collect();
-    let triangles = (0..kept.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-    let mesh = Arc::new(TriangleMesh::new(vertices, triangles));
+    let mesh = Arc::new(TriangleMesh::new(mesh.vertices().to_vec(), kept));
     Some((Scene { mesh, ..scene.clone() }, left_out as u64))
 }
 

@@ -235,7 +235,8 @@ impl Walk<'_> {
                 pixels.start_at(if of_group == View::Open { &Entry::WHOLE } else { &entry });
             }
             let mut gate = Gate::default();
-            let by_pixel = of_group == View::Partly && origins.len() > 1;
+            // From the root on, a pixel's few looks would tell nothing that the group's have not told.
+            let by_pixel = of_group == View::Partly && origins.len() > 1 && entry.parts().is_some();
             for (visible, origin) in members.zip(origins) {
                 let mut view = of_group;
                 if let Some(aim) = aim.as_ref().filter(|_| by_pixel && gate.is_open()) {

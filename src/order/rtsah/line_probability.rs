@@ -16,20 +16,15 @@
 
 use super::lanes::{self, Lanes, map, zip};
 use crate::geometry::Aabb;
+use crate::vectorized::vectorized;
 
 /// The measure of the lines that meet both boxes, neither of them empty, in units in which the
 /// lines that meet one box measure [`half_area`](Aabb::half_area).
 pub fn lines_through_both(left: &Aabb, right: &Aabb) -> f64 {
-    struct Measure<'a>([&'a Aabb; 2]);
-    impl pulp::WithSimd for Measure<'_> {
-        type Output = f64;
+    vectorized(
         #[inline(always)]
-        fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
-            measure(self.0[0], self.0[1])
-        }
-    }
-    // Compiled for several instruction sets; all give the same bits, as nothing is fused.
-    pulp::Arch::new().dispatch(Measure([left, right]))
+        || measure(left, right),
+    )
 }
 
 #[inline(always)]

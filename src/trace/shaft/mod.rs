@@ -110,6 +110,9 @@ pub struct Shaft<'a> {
     plane_count: usize,
     origins: Points,
     target: Option<&'a Target>,
+    /// Whether all rays that count go as far as the target. Those that leave for its horizon may be
+    /// shortened, to stay above it.
+    all_arrive: bool,
     slack: f64,
 }
 
@@ -139,7 +142,7 @@ impl<'a> Shaft<'a> {
     }
 
     /// Around rays from `origins` to `target`, likewise; those below the horizon of `normal` do not
-    /// count.
+    /// count, and those within the target's radius of it may end before the target.
     pub fn to_target(
         origins: &[Vec3],
         normal: Option<DVec3>,
@@ -164,6 +167,10 @@ impl<'a> Shaft<'a> {
             shaft.add_sides(near, far);
         }
         shaft.target = Some(target);
+        shaft.all_arrive = normal.is_some_and(|normal| {
+            let most = -shaft.origins.least(-normal);
+            target.points.least(normal) - most > target.radius + shaft.slack
+        });
         Some(shaft)
     }
 
@@ -180,6 +187,7 @@ impl<'a> Shaft<'a> {
             plane_count: 0,
             origins,
             target: None,
+            all_arrive: false,
             slack,
         })
     }
@@ -245,7 +253,7 @@ impl<'a> Shaft<'a> {
 
     /// Whether [`view`](Self::view) may say so of a triangle.
     fn can_be_blocked(&self) -> bool {
-        self.target.is_some()
+        self.all_arrive
     }
 
     fn planes(&self) -> &[(DVec3, f64)] {
@@ -346,7 +354,11 @@ impl<'a> Shaft<'a> {
         if from != 0 && from == to {
             return View::Open;
         }
-        if from != 0 && from == -to && self.goes_through(corners, target, f64::from(from)) {
+        if self.all_arrive
+            && from != 0
+            && from == -to
+            && self.goes_through(corners, target, f64::from(from))
+        {
             return View::Blocked;
         }
         View::Partly
