@@ -35,9 +35,9 @@ fn names_are_unique_and_documented() {
     for backend in BACKENDS {
         check_names(
             "key",
-            backend.keys.iter().map(|k| (k.name, k.about)).chain([("none", "no key at all")]),
+            backend.all_keys().map(|k| (k.name, k.about)).chain([("none", "no key at all")]),
         );
-        for key in backend.keys {
+        for key in backend.all_keys() {
             let choices = (key.choices)();
             check_names(key.name, choices.iter().map(|c| (c.name, c.about)));
             assert!(choices.iter().any(|c| c.name == key.default), "{}: default", key.name);

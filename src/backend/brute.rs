@@ -11,6 +11,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
     name: "brute",
     about: "every triangle for every ray, no tree: the reference for tests",
     keys: &[mode::KEY],
+    moving_keys: &[],
     unavailable: None,
     check: None,
     build: |spec, context| {
@@ -22,6 +23,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         };
         Ok(Box::new(Brute { triangles, bounds: mesh.bounds(), mode: mode::of(spec), stats }))
     },
+    build_moving: None,
 };
 
 struct Brute {

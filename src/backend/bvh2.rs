@@ -48,9 +48,11 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         },
         mode::KEY,
     ],
+    moving_keys: &[],
     unavailable: None,
     check: None,
     build: |spec, context| Ok(Box::new(Bvh2Backend::new(spec, context)?)),
+    build_moving: None,
 };
 
 struct Bvh2Backend {

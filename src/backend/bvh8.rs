@@ -52,9 +52,11 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         },
         mode::KEY,
     ],
+    moving_keys: &[],
     unavailable: None,
     check: None,
     build: |spec, context| Ok(Box::new(Bvh8Backend::new(spec, context)?)),
+    build_moving: None,
 };
 
 thread_local! {

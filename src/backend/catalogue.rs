@@ -1,7 +1,7 @@
 //! Every backend there is. Command-line parsing, help, `sato list` and the test matrix read this
 //! list; a new backend is one file and its line here.
 
-use super::{Accelerator, BackendSpec, BuildContext, Key};
+use super::{Accelerator, BackendSpec, BuildContext, BuildMoving, Key};
 use crate::Result;
 
 /// One backend.
@@ -13,12 +13,23 @@ pub struct BackendEntry {
     pub about: &'static str,
     /// The keys that it understands.
     pub keys: &'static [Key],
+    /// More of them, which say how it follows moving scenes; they mean nothing for others.
+    pub moving_keys: &'static [Key],
     /// Whether this build of the program has it, and if not, how to get it.
     pub unavailable: Option<&'static str>,
     /// Refuses combinations of values that do not exist, saying why.
     pub check: Option<Check>,
     /// Builds it.
     pub build: fn(&BackendSpec, &BuildContext<'_>) -> Result<Box<dyn Accelerator>>,
+    /// Builds what follows a moving scene; `None` where that is one built anew for each frame.
+    pub build_moving: Option<BuildMoving>,
+}
+
+impl BackendEntry {
+    /// Every key that a spec may have.
+    pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
+        self.keys.iter().chain(self.moving_keys)
+    }
 }
 
 /// Says why a combination of values does not exist.
@@ -33,7 +44,8 @@ pub static BACKENDS: &[&BackendEntry] = &[
     &super::embree::ENTRY,
 ];
 
-/// Every spec that this build offers: all values of all keys that go together.
+/// Every spec that this build offers for scenes that stand still: all values of all keys that go
+/// together.
 pub fn every_spec() -> Vec<BackendSpec> {
     let mut specs = Vec::new();
     for entry in BACKENDS.iter().filter(|e| e.unavailable.is_none()) {

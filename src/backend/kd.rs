@@ -49,9 +49,11 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         },
         mode::KEY,
     ],
+    moving_keys: &[],
     unavailable: None,
     check: None,
     build: |spec, context| Ok(Box::new(KdBackend::new(spec, context)?)),
+    build_moving: None,
 };
 
 struct KdBackend {

@@ -7,9 +7,11 @@ pub mod catalogue;
 mod embree;
 mod kd;
 mod mode;
+mod moving;
 mod shared_trees;
 mod spec;
 
+pub use moving::{BuildMoving, MovingAccelerator, TreeQuality, UpdateStats, build_moving};
 pub use shared_trees::{Built, SharedTrees};
 pub use spec::{BackendSpec, Choice, Key};
 

@@ -56,23 +56,24 @@ impl BackendSpec {
 
     /// The value of `key`, given or default; `None` if the backend has no such key.
     pub fn find_value(&self, key: &str) -> Option<&'static str> {
-        let index = self.entry().keys.iter().position(|k| k.name == key)?;
+        let index = self.entry().all_keys().position(|k| k.name == key)?;
         Some(self.values[index].0)
     }
 
-    /// The spec with every key written out.
+    /// The spec with every key written out; those of moving scenes only where given.
     pub fn full(&self) -> String {
-        self.written(|_| true)
+        let still = self.entry().keys.len();
+        self.written(|place, given| given || place < still)
     }
 
-    fn written(&self, shown: impl Fn(bool) -> bool) -> String {
+    fn written(&self, shown: impl Fn(usize, bool) -> bool) -> String {
         let keys: Vec<String> = self
             .entry()
-            .keys
-            .iter()
+            .all_keys()
             .zip(&self.values)
-            .filter(|(_, value)| shown(value.1))
-            .map(|(key, value)| format!("{}={}", key.name, value.0))
+            .enumerate()
+            .filter(|(place, (_, value))| shown(*place, value.1))
+            .map(|(_, (key, value))| format!("{}={}", key.name, value.0))
             .collect();
         if keys.is_empty() {
             self.name.to_string()
@@ -85,7 +86,7 @@ impl BackendSpec {
 /// As given: keys left at their default are not written.
 impl fmt::Display for BackendSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.written(|given| given))
+        f.write_str(&self.written(|_, given| given))
     }
 }
 
@@ -111,14 +112,14 @@ impl FromStr for BackendSpec {
             let names = BACKENDS.iter().map(|e| e.name);
             Error::Usage(format!("backend '{text}': no backend '{name}' ({})", one_of(names)))
         })?;
-        let mut values: Vec<_> = entry.keys.iter().map(|key| (key.default, false)).collect();
+        let mut values: Vec<_> = entry.all_keys().map(|key| (key.default, false)).collect();
         for setting in settings.into_iter().flat_map(|s| s.split(',')) {
             let (key, value) = setting.split_once('=').ok_or_else(|| {
                 Error::Usage(format!("backend '{text}': expected key=value, got '{setting}'"))
             })?;
-            let index = entry.keys.iter().position(|k| k.name == key).ok_or_else(|| {
-                let keys = entry.keys.iter().map(|k| k.name);
-                let valid = if entry.keys.is_empty() {
+            let index = entry.all_keys().position(|k| k.name == key).ok_or_else(|| {
+                let keys = entry.all_keys().map(|k| k.name);
+                let valid = if entry.all_keys().next().is_none() {
                     format!("{name} has no keys")
                 } else {
                     one_of(keys)
@@ -128,10 +129,14 @@ impl FromStr for BackendSpec {
             if values[index].1 {
                 return Err(Error::Usage(format!("backend '{text}': '{key}' is given twice")));
             }
-            let choices = (entry.keys[index].choices)();
+            let key = entry.all_keys().nth(index).expect("found above");
+            let choices = (key.choices)();
             let choice = choices.iter().find(|c| c.name == value).ok_or_else(|| {
                 let valid = one_of(choices.iter().map(|c| c.name));
-                Error::Usage(format!("backend '{text}': {key} cannot be '{value}' ({valid})"))
+                Error::Usage(format!(
+                    "backend '{text}': {} cannot be '{value}' ({valid})",
+                    key.name
+                ))
             })?;
             values[index] = (choice.name, true);
         }

@@ -18,7 +18,7 @@ pub(super) fn run() -> Result<()> {
         if let Some(why) = entry.unavailable {
             let _ = writeln!(text, "  {:<8} not in this program: {why}", "");
         }
-        for key in entry.keys {
+        for key in entry.all_keys() {
             let _ = writeln!(text, "      {}=  {}", key.name, key.about);
             for choice in (key.choices)() {
                 let mark = if choice.name == key.default { " (default)" } else { "" };

@@ -2,6 +2,7 @@
 
 use super::Aabb;
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 /// Three corners in scene units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,7 +54,8 @@ impl Triangle {
 pub struct TriangleMesh {
     /// The vertices, then one of padding: Embree reads 16 bytes at each 12-byte vertex.
     padded_vertices: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
+    /// Shared by the meshes of a moving scene.
+    triangles: Arc<[[u32; 3]]>,
 }
 
 impl TriangleMesh {
@@ -68,7 +70,17 @@ impl TriangleMesh {
             "triangle index out of range"
         );
         vertices.push(Vec3::ZERO);
-        Self { padded_vertices: vertices, triangles }
+        Self { padded_vertices: vertices, triangles: triangles.into() }
+    }
+
+    /// The same triangles with their vertices where `place` puts them; it is given the present ones.
+    ///
+    /// Places are finite, and no further from the origin than those of loaded meshes.
+    pub fn moved(&self, place: impl FnOnce(&mut [Vec3])) -> Self {
+        let mut moved = self.clone();
+        let count = moved.vertices().len();
+        place(&mut moved.padded_vertices[..count]);
+        moved
     }
 
     /// The vertices.
@@ -109,7 +121,7 @@ impl TriangleMesh {
 
     /// Bytes of vertices and indices.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.padded_vertices.as_slice()) + size_of_val(self.triangles.as_slice())
+        size_of_val(self.padded_vertices.as_slice()) + size_of_val(&*self.triangles)
     }
 }
 

@@ -144,6 +144,7 @@ mod tests {
         let mesh = TriangleMesh::new(vertices, triangles);
         let bounds = mesh.bounds();
         let scene = Scene {
+            motion: None,
             name: "x".into(),
             mesh: mesh.into(),
             camera: super::super::suggest::camera(&bounds),

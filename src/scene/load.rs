@@ -40,6 +40,7 @@ fn of_generator(generator: &GeneratorEntry) -> Scene {
         camera: made.camera,
         lights: made.lights,
         defaults: Defaults { ao_radius: made.ao_radius, size: Defaults::SIZE },
+        motion: None,
         warnings: Vec::new(),
     }
 }
@@ -55,6 +56,7 @@ fn of_mesh(path: &Path, file: MeshFile) -> Result<Scene> {
         lights: vec![suggest::light(&bounds)],
         defaults: Defaults { ao_radius: suggest::ao_radius(&bounds), size: Defaults::SIZE },
         mesh: mesh.into(),
+        motion: None,
         warnings: file.warnings,
     })
 }

@@ -9,6 +9,7 @@ mod info;
 mod light;
 mod load;
 mod mesh_builder;
+mod motion;
 mod obj;
 mod obj_text;
 mod suggest;
@@ -25,6 +26,7 @@ pub use formats::{FORMATS, Format};
 pub use info::SceneInfo;
 pub use light::{Light, LightShape};
 pub use load::load;
+pub use motion::{Motion, Object, Pose};
 
 use crate::geometry::TriangleMesh;
 use std::collections::HashSet;
@@ -43,6 +45,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// What the integrators use unless the command line says otherwise.
     pub defaults: Defaults,
+    /// How the vertices move, if they do; `mesh` is the first frame.
+    pub motion: Option<Arc<Motion>>,
     /// What was repaired or dropped while loading, one line each.
     pub warnings: Vec<String>,
 }

@@ -158,6 +158,7 @@ impl SceneFile<'_> {
                 None => suggested.lights,
             },
             defaults: Defaults { ao_radius: radius.unwrap_or(suggested.ao_radius), size },
+            motion: None,
             warnings,
         };
         scene.check().map_err(|f| self.fault(f))?;

@@ -98,6 +98,7 @@ impl Stage {
             camera: self.camera,
             lights,
             defaults: Defaults { ao_radius, size: [SIZE; 2] },
+            motion: None,
             warnings: Vec::new(),
         };
         Case { scene, pass, slack: 0.0, by_area: true, value }

@@ -18,6 +18,7 @@ pub fn scene_of(mesh: TriangleMesh) -> Scene {
         camera: Camera { eye: Vec3::Z, look_at: Vec3::ZERO, up: Vec3::Y, fov_degrees: 60.0 },
         lights: Vec::new(),
         defaults: Defaults { ao_radius: 1.0, size: [64, 64] },
+        motion: None,
         warnings: Vec::new(),
     }
 }

@@ -208,6 +208,7 @@ mod tests {
             camera: Camera { eye: Vec3::Z, look_at: Vec3::ZERO, up: Vec3::Y, fov_degrees: 60.0 },
             lights: Vec::new(),
             defaults: Defaults { ao_radius: 1.0, size: [8, 8] },
+            motion: None,
             warnings: Vec::new(),
         };
         let trees = SharedTrees::of(&scene);

@@ -68,9 +68,11 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             default: "incoherent",
         },
     ],
+    moving_keys: &[],
     unavailable: if cfg!(feature = "embree") { None } else { Some(UNAVAILABLE) },
     check: None,
     build,
+    build_moving: None,
 };
 
 const UNAVAILABLE: &str =
