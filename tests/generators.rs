@@ -117,7 +117,7 @@ fn areas_spread_as_in_artists_models_but_for_the_control() {
 #[test]
 fn views_are_usable() {
     for entry in GENERATORS {
-        let Generated { mesh, camera, lights, ao_radius } = (entry.generate)(1);
+        let Generated { mesh, camera, lights, ao_radius, .. } = (entry.generate)(1);
         let name = entry.name;
         let eye = camera.eye.as_dvec3();
         let nearest =

@@ -12,7 +12,7 @@ mod mad_science;
 mod shadow_overlap;
 mod ship;
 
-use super::{Camera, Light};
+use super::{Camera, Light, Motion};
 use crate::geometry::TriangleMesh;
 
 /// A scene that can be named in a scene file.
@@ -21,6 +21,8 @@ pub struct GeneratorEntry {
     pub name: &'static str,
     /// What it shows, in a line.
     pub about: &'static str,
+    /// About how many triangles it has, within 2 %.
+    pub triangles: usize,
     /// Makes it; the seed varies the scattered details.
     pub generate: fn(seed: u64) -> Generated,
 }
@@ -35,6 +37,9 @@ pub struct Generated {
     pub lights: Vec<Light>,
     /// Suggested length of finite ambient-occlusion rays.
     pub ao_radius: f32,
+    /// How it moves, if it does; the mesh is its first frame, and no vertex ever gets further than
+    /// 100 km from the origin.
+    pub motion: Option<Motion>,
 }
 
 /// All generators.
