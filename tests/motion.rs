@@ -4,6 +4,7 @@
 use assert_cmd::Command;
 use predicates::str::contains;
 use sato::geometry::TriangleMesh;
+use sato::scene::generate::{GENERATORS, MANY_TRIANGLES};
 use sato::scene::{Motion, Object, Scene, SceneInfo, load};
 use std::fmt::Write;
 use std::fs;
@@ -195,6 +196,38 @@ fn the_moving_crowd_of_the_sequence_is_whole() {
     assert_eq!(info.motion.unwrap().moving_objects, 4);
     let first = load(path.with_file_name("crowd_koth.toml")).unwrap();
     assert_eq!(bits(&first.mesh), bits(&scene.mesh));
+}
+
+#[test]
+fn moving_generators_keep_their_promises() {
+    let folder = Folder::new();
+    let mut moving = 0;
+    for entry in GENERATORS.iter().filter(|entry| entry.triangles <= MANY_TRIANGLES) {
+        let scene = load(entry.name).unwrap();
+        let Some(motion) = &scene.motion else { continue };
+        moving += 1;
+        check(&scene);
+        assert_eq!(motion.frames, 20, "{}", entry.name);
+        for frame in 0..motion.frames {
+            let bounds = motion.mesh_at(&scene.mesh, frame).bounds();
+            let far = bounds.min.abs().max(bounds.max.abs()).max_element();
+            assert!(far < 1e4, "{}: {bounds:?}", entry.name);
+        }
+        // As a part of another scene: placed, and turned as a whole.
+        let entry = format!("[[geometry]]\ngenerator = '{}'\nscale = 2\n", entry.name);
+        let placed = folder.scene(&entry);
+        check(&placed);
+        let there = |scene: &Scene| scene.motion.as_ref().unwrap().mesh_at(&scene.mesh, 7);
+        let (plain, twice) = (there(&scene), there(&placed));
+        let pairs = plain.vertices().iter().zip(twice.vertices());
+        assert!(pairs.clone().all(|(a, b)| *a * 2.0 == *b), "{entry}");
+        let keys =
+            "[[geometry.key]]\ntime = 0\n[[geometry.key]]\ntime = 1\nrotate_degrees = [0, 90, 0]\n";
+        let turned = folder.scene(&format!("{entry}{keys}"));
+        check(&turned);
+        assert!(self::motion(&turned).objects.iter().all(|object| object.moves), "{entry}");
+    }
+    assert!(moving >= 3, "{moving}");
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Procedural scenes: counterparts of the paper's six static benchmark scenes and a control.
+//! Procedural scenes: counterparts of the paper's six static benchmark scenes, a control, and scenes
+//! that move.
 //!
 //! A scene is a function of its seed and the same bit for bit on every platform. A new one is a
 //! file here with its entry, and a line in [`GENERATORS`].
@@ -6,7 +7,10 @@
 mod atrium;
 mod bedroom;
 mod carnival;
+mod cloth;
+mod crowd;
 mod equal_soup;
+mod explosion;
 mod kit;
 mod mad_science;
 mod shadow_overlap;
@@ -51,7 +55,16 @@ pub static GENERATORS: &[&GeneratorEntry] = &[
     &ship::ENTRY,
     &shadow_overlap::ENTRY,
     &equal_soup::ENTRY,
+    &crowd::SMALL_ENTRY,
+    &crowd::MIDDLE_ENTRY,
+    &crowd::LARGE_ENTRY,
+    &cloth::ENTRY,
+    &explosion::ENTRY,
 ];
+
+/// A generator of more triangles is left out where all of them are made, as in tests: it takes too long,
+/// and too much memory.
+pub const MANY_TRIANGLES: usize = 2_500_000;
 
 /// The generator called `name`.
 pub fn find(name: &str) -> Option<&'static GeneratorEntry> {
