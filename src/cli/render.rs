@@ -92,7 +92,7 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
     if let Some(path) = output.filter(|p| p.extension().is_none_or(|e| e != "exr")) {
         return Err(Error::Usage(format!("-o {}: the name must end in .exr", path.display())));
     }
-    let scene = load_scene(&arguments.scene, run.quiet)?;
+    let scene = load_scene(&arguments.scene, arguments.picture.frame, run.quiet)?;
     let passes = passes(&arguments.passes, &[Pass::AmbientOcclusion, Pass::Shadow], &scene);
     let settings = RenderSettings {
         adaptive: arguments.adaptive.map(|most| Adaptive { most }),
