@@ -2,6 +2,7 @@
 #![allow(dead_code, unused_imports, unreachable_pub, reason = "each suite uses its part")]
 
 pub mod random;
+pub mod truth;
 
 pub use sato::backend::catalogue::{every_spec, varied_specs as all_specs};
 use sato::backend::{Accelerator, BackendSpec, BuildContext, SharedTrees, build};
