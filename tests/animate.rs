@@ -3,6 +3,7 @@
 mod common;
 
 use common::built;
+use common::files::{channels, table};
 use common::moving::moving_scene;
 use common::random::Random;
 use sato::animate::{AnimateReport, Plan, animate_text, run};
@@ -10,7 +11,6 @@ use sato::geometry::Vec3;
 use sato::render::{Pass, RenderOptions, RenderSettings, render};
 use sato::scene::{Camera, Light, LightShape, Scene};
 use std::cell::Cell;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -49,19 +49,6 @@ fn plan(scene: &Scene, folder: &Path, backends: &[&str]) -> Plan {
         pictures: Some(vec![("test:fact".into(), "known".into())]),
         folder: folder.to_path_buf(),
     }
-}
-
-/// All channels of an OpenEXR file, by name.
-fn channels(file: &Path) -> BTreeMap<String, Vec<f32>> {
-    let image = exr::prelude::read_all_flat_layers_from_file(file).unwrap();
-    let all = image.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
-    all.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
-}
-
-/// The rows of a table, each by the names in its header.
-fn table(file: &Path) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(file).unwrap();
-    reader.deserialize().map(|row| row.unwrap()).collect()
 }
 
 #[test]
@@ -121,7 +108,12 @@ fn tables_and_record_say_the_same() {
             |key: &str| text[key].parse::<f64>().unwrap_or_else(|_| panic!("{key}: {text:?}"));
         assert_eq!((number("frame"), &text["backend"]), (row.frame as f64, &row.backend));
         assert_eq!((number("update_ms"), number("trace_ms")), (row.update_ms, row.trace_ms));
-        assert!(number("memory_bytes") > 0.0 && number("relative_sah_cost") > 0.9, "{text:?}");
+        assert!(number("memory_bytes") > 0.0, "{text:?}");
+        // What the backend does not know is empty.
+        assert_eq!(text["relative_sah_cost"].is_empty(), row.relative_sah_cost.is_none());
+        if row.backend == "bvh2:order=near" {
+            assert_eq!(number("relative_sah_cost"), 1.0, "built anew: {text:?}");
+        }
     }
     let totals = table(&folder.path().join("totals.csv"));
     for (text, total) in totals.iter().zip(&report.totals) {
@@ -132,9 +124,9 @@ fn tables_and_record_say_the_same() {
     }
     assert_eq!(totals.len(), 2);
     let json = fs::read_to_string(folder.path().join("animate.json")).unwrap();
+    assert_eq!(json.trim_end(), serde_json::to_string_pretty(&report).unwrap());
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["schema_version"], 1);
-    assert_eq!(json["rows"], serde_json::to_value(&report.rows).unwrap());
     let files: Vec<&str> =
         json["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
     for file in &files {
@@ -188,9 +180,10 @@ fn what_cannot_be_followed_is_refused_before_anything_is_written() {
     let good = plan(&scene, &folder, &["bvh2"]);
     let still = Scene { motion: None, ..scene.clone() };
     assert!(refused(&still, &good).contains("does not move"));
-    for (frames, part) in
-        [(0..5, "has 4, from 0 to 3"), (3..4, "at least two"), (usize::MAX..1, "at least two")]
+    for (start, end, part) in
+        [(0, 5, "has 4, from 0 to 3"), (3, 4, "at least two"), (usize::MAX, 1, "at least two")]
     {
+        let frames = start..end;
         let plan = Plan { frames, ..good.clone() };
         assert!(refused(&scene, &plan).contains(part));
     }

@@ -20,11 +20,11 @@ pub(super) fn write(
 ) -> Result<()> {
     let [width, height] = plan.render.size;
     let about = format!(
-        "{scene}: {width}x{height} pixels, {} samples each, {} threads; the first frame is that of \
-         building",
+        "{scene}: {width}x{height} pixels, {} samples each, {} threads",
         plan.render.spp,
         rayon::current_num_threads()
     );
+    let timed = format!("{about}; without the first frame, for which trees are built");
     let later = plan.frames.start + 1;
     let times: [(&str, &str, &str, Value); 3] = [
         ("frame-time", "Time of a frame", "update and tracing [ms]", |row| Some(row.frame_ms)),
@@ -33,7 +33,7 @@ pub(super) fn write(
     ];
     for (name, title, axis, value) in times {
         let series = lines(backends, rows, later, value);
-        output.chart(name, title, &about, over_frames(Axis::log(axis), series))?;
+        output.chart(name, title, &timed, over_frames(Axis::log(axis), series))?;
     }
     let qualities: [(&str, &str, &str, Value); 2] = [
         ("sah-cost", "How much worse than a new tree", "SAH cost over that of a new tree", |row| {
@@ -65,7 +65,7 @@ pub(super) fn write(
         own_axes: true,
         ..Bars::default()
     };
-    output.chart("mean-time", "Mean time of a frame and its parts", &about, Body::Bars(bars))
+    output.chart("mean-time", "Mean time of a frame and its parts", &timed, Body::Bars(bars))
 }
 
 /// A line for each backend that knows the value, from frame `from` on.

@@ -1,6 +1,7 @@
 //! What several test suites share.
 #![allow(dead_code, unused_imports, unreachable_pub, reason = "each suite uses its part")]
 
+pub mod files;
 pub mod moving;
 pub mod random;
 pub mod truth;
