@@ -2,7 +2,9 @@
 //! from, the backends themselves.
 
 use crate::Result;
-use crate::backend::{Accelerator, BackendSpec, BuildContext, SharedTrees, build};
+use crate::backend::{
+    Accelerator, BackendSpec, BuildContext, MovingAccelerator, SharedTrees, build, build_moving,
+};
 use crate::order;
 use crate::ray_set::RaySet;
 use crate::render::training_rays;
@@ -57,9 +59,25 @@ impl<'a> Lab<'a> {
     /// # Errors
     /// As [`build`].
     pub fn build(&self, spec: &BackendSpec) -> Result<Box<dyn Accelerator>> {
+        self.built(spec, self.training_for(spec)?)
+    }
+
+    /// Builds what follows the scene when it moves; with trees of its own.
+    ///
+    /// # Errors
+    /// As [`build`].
+    pub fn build_moving(&self, spec: &BackendSpec) -> Result<Box<dyn MovingAccelerator>> {
+        let training = self.training_for(spec)?;
+        let trees = SharedTrees::of(self.scene);
+        let threads = rayon::current_num_threads();
+        let Self { scene, seed, .. } = *self;
+        build_moving(spec, &BuildContext { scene, trees: &trees, threads, seed, training })
+    }
+
+    fn training_for(&self, spec: &BackendSpec) -> Result<Option<&RaySet>> {
         let order = spec.find_value("order").and_then(order::find);
         let learns = order.is_some_and(|o| o.needs_training);
-        self.built(spec, if learns { Some(self.training()?) } else { None })
+        if learns { self.training().map(Some) } else { Ok(None) }
     }
 
     fn built(&self, spec: &BackendSpec, training: Option<&RaySet>) -> Result<Box<dyn Accelerator>> {

@@ -32,6 +32,7 @@ pub mod report;
 
 pub mod results;
 
+pub mod animate;
 pub mod bench;
 pub mod converge;
 pub mod stress;

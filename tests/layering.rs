@@ -28,6 +28,7 @@ const LAYERS: &[(&str, u32, &[&str])] = &[
     ("image_file", 7, &[]),
     ("report", 7, &[]),
     ("results", 8, &[]),
+    ("animate", 9, &[]),
     ("bench", 9, &[]),
     ("converge", 9, &[]),
     ("stress", 9, &[]),

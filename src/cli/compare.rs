@@ -1,6 +1,8 @@
 //! `sato compare`: backends on the same recorded rays, with images, agreement and a report.
 
-use super::options::{Judging, Picture, Run, load_scene, parse_backend, parse_pass, passes};
+use super::options::{
+    Judging, Picture, Run, load_scene, parse_backend, parse_pass, parse_rate, passes,
+};
 use super::{metadata, print, progress};
 use crate::backend::{Accelerator, BackendSpec};
 use crate::image_file::{differences, tone_map, write_exr, write_png};
@@ -49,11 +51,6 @@ pub(super) struct Arguments {
     picture: Picture,
     #[command(flatten)]
     run: Run,
-}
-
-fn parse_rate(text: &str) -> std::result::Result<f64, String> {
-    let rate: f64 = text.parse().map_err(|e| format!("{e}"))?;
-    if rate >= 0.0 { Ok(rate) } else { Err("a rate is at least 0".into()) }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {

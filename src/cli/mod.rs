@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, and what they share.
 
+mod animate;
 mod bench;
 mod compare;
 mod converge;
@@ -40,6 +41,8 @@ enum Command {
     Render(render::Arguments),
     /// Time backends on the same recorded rays and show where they disagree
     Compare(compare::Arguments),
+    /// Follow a moving scene with backends: what updates take beside tracing, frame by frame
+    Animate(animate::Arguments),
     /// Run the paper's experiments (order times, speed-ups, similarity, limits), or race Embree
     Bench(bench::Arguments),
     /// Error against samples and time of renderers: backend, sampler, light sampling, skipping
@@ -61,6 +64,7 @@ pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Animate(arguments) => animate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Converge(arguments) => converge::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments),

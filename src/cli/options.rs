@@ -175,3 +175,9 @@ pub(super) fn parse_light_sampling(text: &str) -> std::result::Result<LightSampl
 pub(super) fn parse_skips(text: &str) -> std::result::Result<Skips, String> {
     text.parse::<Skips>().map_err(|e| e.to_string())
 }
+
+/// Parses a rate; for clap.
+pub(super) fn parse_rate(text: &str) -> std::result::Result<f64, String> {
+    let rate: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if rate >= 0.0 { Ok(rate) } else { Err("a rate is at least 0".into()) }
+}

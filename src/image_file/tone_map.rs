@@ -37,6 +37,13 @@ impl ToneCurve {
         Self { exposure, white_squared: white.max(f64::from(f32::MIN_POSITIVE)).powi(2) }
     }
 
+    /// For the film's picture.
+    pub fn of_film(film: &Film) -> Self {
+        let [red, green, blue, alpha] = picture(film);
+        let seen = (0..alpha.len()).filter(|&i| alpha[i] > 0.0);
+        Self::of(seen.map(|i| luminance(Vec3::new(red[i], green[i], blue[i]) / alpha[i])).collect())
+    }
+
     /// The linear RGB shown for a radiance; what is brighter than white leaves `[0, 1]`.
     pub fn shown(&self, radiance: Vec3) -> Vec3 {
         let colour = radiance * self.exposure as f32;
@@ -48,16 +55,22 @@ impl ToneCurve {
 /// The film's picture for the eye as 8-bit sRGB, by its own [`ToneCurve`], over dark grey where it is
 /// transparent.
 pub fn tone_map(film: &Film) -> RgbImage {
-    let channel = |name| film.channel("", name).unwrap_or_default();
-    let [red, green, blue, alpha] = ["R", "G", "B", "A"].map(channel);
-    let colour = |i: usize| Vec3::new(red[i], green[i], blue[i]);
-    let seen = (0..alpha.len()).filter(|&i| alpha[i] > 0.0);
-    let curve = ToneCurve::of(seen.map(|i| luminance(colour(i) / alpha[i])).collect());
+    tone_map_by(film, &ToneCurve::of_film(film))
+}
+
+/// As [`tone_map`], by any curve: the same one for pictures that are to be seen together.
+pub fn tone_map_by(film: &Film, curve: &ToneCurve) -> RgbImage {
+    let [red, green, blue, alpha] = picture(film);
     let pixels = (0..alpha.len()).map(|i| {
-        let shown = curve.shown(colour(i)) + Vec3::splat((1.0 - alpha[i]) * BACKGROUND);
+        let shown = curve.shown(Vec3::new(red[i], green[i], blue[i]))
+            + Vec3::splat((1.0 - alpha[i]) * BACKGROUND);
         shown.to_array().map(to_srgb)
     });
     RgbImage { size: film.size(), pixels: pixels.collect() }
+}
+
+fn picture(film: &Film) -> [&[f32]; 4] {
+    ["R", "G", "B", "A"].map(|name| film.channel("", name).unwrap_or_default())
 }
 
 /// The 8-bit sRGB code of a linear value in `[0, 1]` (forced into it).

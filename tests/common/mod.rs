@@ -1,7 +1,10 @@
 //! What several test suites share.
 #![allow(dead_code, unused_imports, unreachable_pub, reason = "each suite uses its part")]
 
+pub mod files;
+pub mod moving;
 pub mod random;
+pub mod truth;
 
 pub use sato::backend::catalogue::{every_spec, varied_specs as all_specs};
 use sato::backend::{Accelerator, BackendSpec, BuildContext, SharedTrees, build};

@@ -1,7 +1,8 @@
 //! The [`Accelerator`] over Embree.
 
 use super::ffi::{
-    Arguments, Device, Packet, Quality, RTCRay, RTCRay4, RTCRay8, RTCRay16, Scene, Valid, occlude,
+    Arguments, Device, Packet, Part, Quality, RTCRay, RTCRay4, RTCRay8, RTCRay16, Scene, Settings,
+    Valid, occlude,
 };
 use crate::backend::{Accelerator, BackendSpec, BuildContext, BuildStats};
 use crate::ray::{Hit, Ray, RayBatch};
@@ -15,8 +16,8 @@ use std::time::Instant;
 /// negative `t` as 0, leaves open which of two triangles at the same `t` is the closest hit, and
 /// makes no promise for rays that are not finite.
 #[derive(Debug)]
-struct Embree {
-    scene: Scene,
+pub(super) struct Embree {
+    pub(super) scene: Scene,
     width: Width,
     coherent: bool,
     stats: BuildStats,
@@ -44,37 +45,63 @@ fn build_within(
     spec: &BackendSpec,
     context: &BuildContext<'_>,
 ) -> Result<Box<dyn Accelerator>> {
-    let failed = |message| Error::Backend { backend: spec.to_string(), message };
-    let quality = match spec.value("quality") {
+    let quality = quality_of(spec);
+    let triangles = 0..context.scene.mesh.len();
+    let parts = [Part { triangles, quality, moves: false }];
+    let settings = Settings { quality, robust: spec.value("mode") == "robust", dynamic: false };
+    let embree = Embree::build(memory_limit, spec, context, &parts, settings, &STILL_KEYS)?;
+    Ok(Box::new(embree))
+}
+
+/// What the backend's notes say of a scene that stands still.
+const STILL_KEYS: [&str; 4] = ["quality", "mode", "width", "flags"];
+
+/// The quality that the spec asks for.
+pub(super) fn quality_of(spec: &BackendSpec) -> Quality {
+    match spec.value("quality") {
         "low" => Quality::LOW,
         "medium" => Quality::MEDIUM,
         _ => Quality::HIGH,
-    };
-    let width = match spec.value("width") {
-        "4" => Width::Packet4,
-        "8" => Width::Packet8,
-        "16" => Width::Packet16,
-        _ => Width::Single,
-    };
-    // Starting threads is no part of building a tree: the device is made outside the clock.
-    let device = Device::new(context.threads, memory_limit).map_err(failed)?;
-    let mesh = Arc::clone(&context.scene.mesh);
-    let start = Instant::now();
-    let scene =
-        Scene::build(device, mesh, quality, spec.value("mode") == "robust").map_err(failed)?;
-    let stats = BuildStats {
-        build_ms: start.elapsed().as_secs_f64() * 1e3,
-        memory_bytes: scene.memory_bytes(),
-        notes: notes(scene.device(), spec, context.threads),
-        ..BuildStats::default()
-    };
-    Ok(Box::new(Embree { scene, width, coherent: spec.value("flags") == "coherent", stats }))
+    }
 }
 
-fn notes(device: &Device, spec: &BackendSpec, threads: usize) -> Vec<String> {
+impl Embree {
+    /// Builds the parts of the context's mesh, with at most `memory_limit` bytes; its notes show
+    /// `keys`.
+    pub(super) fn build(
+        memory_limit: i64,
+        spec: &BackendSpec,
+        context: &BuildContext<'_>,
+        parts: &[Part],
+        settings: Settings,
+        keys: &[&str],
+    ) -> Result<Self> {
+        let failed = |message| Error::Backend { backend: spec.to_string(), message };
+        let width = match spec.value("width") {
+            "4" => Width::Packet4,
+            "8" => Width::Packet8,
+            "16" => Width::Packet16,
+            _ => Width::Single,
+        };
+        // Starting threads is no part of building a tree: the device is made outside the clock.
+        let device = Device::new(context.threads, memory_limit).map_err(failed)?;
+        let mesh = Arc::clone(&context.scene.mesh);
+        let start = Instant::now();
+        let scene = Scene::build(device, mesh, parts, settings).map_err(failed)?;
+        let stats = BuildStats {
+            build_ms: start.elapsed().as_secs_f64() * 1e3,
+            memory_bytes: scene.memory_bytes(),
+            notes: notes(scene.device(), spec, keys, context.threads),
+            ..BuildStats::default()
+        };
+        Ok(Self { scene, width, coherent: spec.value("flags") == "coherent", stats })
+    }
+}
+
+fn notes(device: &Device, spec: &BackendSpec, keys: &[&str], threads: usize) -> Vec<String> {
     let widths = device.native_widths();
     let listed = widths.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
-    let flags = ["quality", "mode", "width", "flags"].map(|k| format!("{k}={}", spec.value(k)));
+    let flags: Vec<_> = keys.iter().map(|k| format!("{k}={}", spec.value(k))).collect();
     vec![
         format!("Embree {}", device.version()),
         format!("{} kernels (native packet widths {listed})", instruction_set(&widths)),

@@ -14,6 +14,7 @@ use super::error::error_text;
 use crate::geometry::{TriangleMesh, Vec3};
 use embree4_sys as sys;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ops::Range;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -25,7 +26,7 @@ struct Monitor {
     /// Bytes that Embree holds now.
     bytes: AtomicI64,
     /// Bytes that it may hold.
-    limit: i64,
+    limit: AtomicI64,
     /// The first error; what follows is often its consequence.
     error: Mutex<Option<String>>,
 }
@@ -47,7 +48,7 @@ unsafe extern "C" fn on_memory(monitor: *mut c_void, bytes: isize, _after: bool)
     let monitor = unsafe { &*monitor.cast::<Monitor>() };
     let bytes = bytes as i64;
     let held = monitor.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
-    bytes <= 0 || held <= monitor.limit
+    bytes <= 0 || held <= monitor.limit.load(Ordering::Relaxed)
 }
 
 /// An Embree device: settings, threads and error state.
@@ -74,8 +75,11 @@ impl Device {
             let code = unsafe { abi::rtcGetDeviceError(std::ptr::null_mut()) };
             return Err(error_text(code, "no device"));
         }
-        let monitor =
-            Monitor { bytes: AtomicI64::new(0), limit: memory_limit, error: Mutex::new(None) };
+        let monitor = Monitor {
+            bytes: AtomicI64::new(0),
+            limit: AtomicI64::new(memory_limit),
+            error: Mutex::new(None),
+        };
         let device = Self { handle, monitor: Box::new(monitor) };
         let user = std::ptr::from_ref(&*device.monitor).cast_mut().cast::<c_void>();
         // SAFETY: the handle is live; the callbacks have the types that Embree calls; the monitor is
@@ -143,7 +147,31 @@ impl Drop for Device {
 }
 
 /// A geometry handle, released on drop.
+#[derive(Debug)]
 struct Geometry(sys::RTCGeometry);
+
+impl Geometry {
+    /// Shares the mesh's vertices with it. The scene that it is attached to must keep the mesh for as
+    /// long as it is not committed with those of another.
+    fn set_vertices(&self, mesh: &TriangleMesh) {
+        // SAFETY: the geometry is live. The buffer belongs to a mesh behind an `Arc` that the scene
+        // keeps, so it neither moves nor changes meanwhile. It holds as many items as stated, with
+        // a stride that is a multiple of 4, and one more vertex follows the last, so the 16 bytes
+        // that Embree reads at each are the mesh's.
+        unsafe {
+            sys::rtcSetSharedGeometryBuffer(
+                self.0,
+                sys::RTCBufferType::VERTEX,
+                0,
+                sys::RTCFormat::FLOAT3,
+                mesh.padded_vertices().as_ptr().cast::<c_void>(),
+                0,
+                size_of::<Vec3>(),
+                mesh.vertices().len(),
+            );
+        }
+    }
+}
 
 impl Drop for Geometry {
     fn drop(&mut self) {
@@ -152,52 +180,95 @@ impl Drop for Geometry {
     }
 }
 
+/// How a scene is built.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settings {
+    /// `LOW` makes a tree for each geometry, by the geometry's quality, and one above them; others
+    /// make one tree of all, and geometries' qualities mean nothing.
+    pub(super) quality: Quality,
+    pub(super) robust: bool,
+    /// Whether trees are kept from one commit to the next, so that only what changed is built.
+    pub(super) dynamic: bool,
+}
+
+/// Triangles that are one geometry.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// Indices of its triangles.
+    pub(super) triangles: Range<usize>,
+    pub(super) quality: Quality,
+    /// Whether [`Scene::update`] takes it along.
+    pub(super) moves: bool,
+}
+
 /// A committed scene of one mesh: answers rays from any number of threads.
 #[derive(Debug)]
 pub(super) struct Scene {
     handle: sys::RTCScene,
-    // Dropped after `drop` has released the scene, which reads both.
+    /// Those that move.
+    moving: Vec<Geometry>,
+    /// The first triangle of each geometry, by `geomID`.
+    first_triangles: Vec<u32>,
+    // Dropped after `drop` has released the scene, which reads all that follows.
     device: Device,
-    _mesh: Arc<TriangleMesh>,
+    /// Its indices are those of every geometry, its vertices those of geometries that do not move.
+    first: Arc<TriangleMesh>,
+    /// Those whose vertices moving geometries may read: the last one, unless an update failed.
+    meshes: Vec<Arc<TriangleMesh>>,
+    /// Whether a commit failed, after which Embree can only release the scene.
+    failed: bool,
 }
 
-// SAFETY: a committed scene may be queried and released from any thread; nothing here changes it.
+// SAFETY: a committed scene may be queried and released from any thread; what changes it needs it
+// exclusively.
 unsafe impl Send for Scene {}
 // SAFETY: Embree allows concurrent queries of a committed scene.
 unsafe impl Sync for Scene {}
 
 impl Scene {
-    /// Builds Embree's tree over the mesh, whose buffers it shares.
+    /// Builds Embree's tree over the parts of the mesh, whose buffers it shares.
     pub(super) fn build(
         device: Device,
         mesh: Arc<TriangleMesh>,
-        quality: Quality,
-        robust: bool,
+        parts: &[Part],
+        settings: Settings,
     ) -> Result<Self, String> {
-        let flags = if robust { sys::RTCSceneFlags::ROBUST } else { sys::RTCSceneFlags::NONE };
+        let mut flags = sys::RTCSceneFlags::NONE;
+        for (wanted, flag) in [
+            (settings.robust, sys::RTCSceneFlags::ROBUST),
+            (settings.dynamic, sys::RTCSceneFlags::DYNAMIC),
+        ] {
+            flags = if wanted { flags | flag } else { flags };
+        }
         // SAFETY: the device is live.
         let handle = unsafe { sys::rtcNewScene(device.handle) };
         if handle.is_null() {
             device.take_error()?;
             return Err("Embree made no scene".to_string());
         }
-        let scene = Self { handle, device, _mesh: mesh };
+        let meshes = vec![Arc::clone(&mesh)];
+        let mut scene = Self {
+            handle,
+            moving: Vec::new(),
+            first_triangles: Vec::new(),
+            device,
+            first: mesh,
+            meshes,
+            failed: false,
+        };
         // SAFETY: the scene is live.
         unsafe {
             sys::rtcSetSceneFlags(handle, flags);
-            sys::rtcSetSceneBuildQuality(handle, quality);
+            sys::rtcSetSceneBuildQuality(handle, settings.quality);
         }
-        if !scene._mesh.is_empty() {
-            scene.attach_mesh()?;
+        for part in parts.iter().filter(|part| !part.triangles.is_empty()) {
+            scene.attach(part)?;
         }
-        // SAFETY: the scene is live and complete, and no other thread knows it yet.
-        unsafe { sys::rtcCommitScene(handle) };
-        scene.device.take_error()?;
+        scene.commit()?;
         Ok(scene)
     }
 
-    fn attach_mesh(&self) -> Result<(), String> {
-        let mesh = &*self._mesh;
+    fn attach(&mut self, part: &Part) -> Result<(), String> {
         // SAFETY: the device is live.
         let geometry =
             unsafe { sys::rtcNewGeometry(self.device.handle, sys::RTCGeometryType::TRIANGLE) };
@@ -206,37 +277,66 @@ impl Scene {
             return Err("Embree made no geometry".to_string());
         }
         let geometry = Geometry(geometry);
-        let vertices = mesh.padded_vertices().as_ptr().cast::<c_void>();
-        let triangles = mesh.triangles().as_ptr().cast::<c_void>();
-        // SAFETY: geometry and scene are live. Both buffers belong to the mesh, which is behind an
-        // `Arc` that the scene keeps, so they neither move nor change before the scene is released.
-        // They hold as many items as stated, with strides that are multiples of 4, and one more
-        // vertex follows the last, so the 16 bytes that Embree reads at each are the mesh's. Every
-        // index is less than the number of vertices: `TriangleMesh::new` sees to it.
+        geometry.set_vertices(&self.first);
+        let triangles = &self.first.triangles()[part.triangles.clone()];
+        // SAFETY: geometry and scene are live, and the identifier is new. The buffer belongs to the
+        // first mesh, which is behind an `Arc` that the scene keeps, so it neither moves nor changes
+        // before the scene is released. It holds as many items as stated, with a stride that is a
+        // multiple of 4. Every index is less than the number of vertices: `TriangleMesh::new` sees
+        // to it, and `update` to meshes having as many.
         unsafe {
-            sys::rtcSetSharedGeometryBuffer(
-                geometry.0,
-                sys::RTCBufferType::VERTEX,
-                0,
-                sys::RTCFormat::FLOAT3,
-                vertices,
-                0,
-                size_of::<Vec3>(),
-                mesh.vertices().len(),
-            );
             sys::rtcSetSharedGeometryBuffer(
                 geometry.0,
                 sys::RTCBufferType::INDEX,
                 0,
                 sys::RTCFormat::UINT3,
-                triangles,
+                triangles.as_ptr().cast::<c_void>(),
                 0,
                 size_of::<[u32; 3]>(),
-                mesh.len(),
+                triangles.len(),
             );
+            sys::rtcSetGeometryBuildQuality(geometry.0, part.quality);
             sys::rtcCommitGeometry(geometry.0);
-            sys::rtcAttachGeometry(self.handle, geometry.0);
+            let id = self.first_triangles.len() as u32;
+            sys::rtcAttachGeometryByID(self.handle, geometry.0, id);
         }
+        self.first_triangles.push(part.triangles.start as u32);
+        if part.moves {
+            self.moving.push(geometry);
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self) -> Result<(), String> {
+        // SAFETY: the scene is live and complete, and nobody else has it.
+        unsafe { sys::rtcCommitScene(self.handle) };
+        let result = self.device.take_error();
+        self.failed = result.is_err();
+        result
+    }
+
+    /// Follows the moving parts to where their vertices are in `mesh`, and builds or refits them as
+    /// their qualities say. After an error of Embree's, answers mean nothing and no update succeeds.
+    pub(super) fn update(&mut self, mesh: Arc<TriangleMesh>) -> Result<(), String> {
+        if self.failed {
+            return Err("an earlier update failed".to_string());
+        }
+        let (old, new) = (self.first.triangles(), mesh.triangles());
+        let same_triangles = std::ptr::eq(old, new) || old == new;
+        if !same_triangles || mesh.vertices().len() != self.first.vertices().len() {
+            return Err("a frame's mesh has other triangles than the first one's".to_string());
+        }
+        self.meshes.push(Arc::clone(&mesh));
+        for geometry in &self.moving {
+            geometry.set_vertices(&mesh);
+            // SAFETY: the geometry is live, and its index buffer fits the new vertices.
+            unsafe {
+                sys::rtcUpdateGeometryBuffer(geometry.0, sys::RTCBufferType::VERTEX, 0);
+                sys::rtcCommitGeometry(geometry.0);
+            }
+        }
+        self.commit()?;
+        self.meshes.drain(..self.meshes.len() - 1);
         Ok(())
     }
 
@@ -274,7 +374,8 @@ impl Scene {
         unsafe {
             abi::rtcIntersect1(self.handle.cast(), &raw mut query, std::ptr::null_mut());
         }
-        (query.hit.geomID != none).then_some((query.ray.tfar, query.hit.primID))
+        let first = *self.first_triangles.get(query.hit.geomID as usize)?;
+        Some((query.ray.tfar, first + query.hit.primID))
     }
 }
 
@@ -365,30 +466,4 @@ pub(super) fn occlude(scene: &Scene, ray: &mut RTCRay, arguments: &mut Arguments
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn mesh() -> Arc<TriangleMesh> {
-        let vertices = (0..3000).map(|i| Vec3::new(i as f32, (i % 7) as f32, (i % 5) as f32));
-        let triangles = (0..1000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        Arc::new(TriangleMesh::new(vertices.collect(), triangles))
-    }
-
-    #[test]
-    fn a_failing_build_is_an_error_and_leaks_nothing() {
-        let device = Device::new(1, 0).unwrap();
-        let error = Scene::build(device, mesh(), Quality::MEDIUM, false).unwrap_err();
-        assert!(error.starts_with("Embree: out of memory"), "{error}");
-        assert!(
-            Scene::build(Device::new(1, i64::MAX).unwrap(), mesh(), Quality::HIGH, true).is_ok()
-        );
-    }
-
-    #[test]
-    fn the_device_says_what_it_is() {
-        let device = Device::new(1, i64::MAX).unwrap();
-        assert!(device.version().starts_with("4."));
-        assert!(!device.native_widths().is_empty());
-        assert_ne!(device.tasking(), "unknown");
-    }
-}
+mod tests;

@@ -11,6 +11,8 @@ mod accelerator;
 mod error;
 #[cfg(feature = "embree")]
 mod ffi;
+#[cfg(feature = "embree")]
+mod moving;
 
 use super::catalogue::BackendEntry;
 use super::{Choice, Key};
@@ -68,15 +70,68 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             default: "incoherent",
         },
     ],
-    moving_keys: &[],
+    moving_keys: &[
+        Key {
+            name: "update",
+            about: "how trees follow the triangles",
+            choices: || {
+                vec![
+                    Choice { name: "rebuild", about: "built anew by `quality` in each frame" },
+                    Choice {
+                        name: "refit",
+                        about: "boxes refitted; the first tree is by binned SAH for any `quality`",
+                    },
+                ]
+            },
+            default: "rebuild",
+        },
+        Key {
+            name: "geometries",
+            about: "what Embree is told of the scene's objects",
+            choices: || {
+                vec![
+                    Choice { name: "one", about: "nothing: all triangles are one geometry" },
+                    Choice {
+                        name: "objects",
+                        about: "each is a geometry with a tree; only those that move are updated",
+                    },
+                ]
+            },
+            default: "one",
+        },
+        Key {
+            name: "scene",
+            about: "Embree's scene flag for changes",
+            choices: || {
+                vec![
+                    Choice { name: "dynamic", about: "trees and memory are kept between frames" },
+                    Choice { name: "static", about: "everything is thrown away at each frame" },
+                ]
+            },
+            default: "dynamic",
+        },
+    ],
     unavailable: if cfg!(feature = "embree") { None } else { Some(UNAVAILABLE) },
-    check: None,
+    check: Some(check),
     build,
-    build_moving: None,
+    build_moving: BUILD_MOVING,
 };
 
 const UNAVAILABLE: &str =
     "this build has no Embree: run `make setup`, then build with `--features embree`";
+
+#[cfg(feature = "embree")]
+const BUILD_MOVING: Option<super::BuildMoving> = Some(moving::build_moving);
+// Nothing can be built that could be built anew.
+#[cfg(not(feature = "embree"))]
+const BUILD_MOVING: Option<super::BuildMoving> = None;
+
+fn check(spec: &super::BackendSpec) -> Result<(), String> {
+    match (spec.value("update"), spec.value("scene")) {
+        ("refit", "static") => Err("a static scene keeps no tree that could be refitted".into()),
+        _ => Ok(()),
+    }
+}
 
 #[cfg(feature = "embree")]
 use accelerator::build;
