@@ -75,8 +75,9 @@ impl<'a> Lab<'a> {
     }
 
     fn training_for(&self, spec: &BackendSpec) -> Result<Option<&RaySet>> {
-        let order = spec.find_value("order").and_then(order::find);
-        let learns = order.is_some_and(|o| o.needs_training);
+        // The orders of what moves and of what stands still.
+        let orders = ["order", "still"].map(|key| spec.find_value(key).and_then(order::find));
+        let learns = orders.into_iter().flatten().any(|order| order.needs_training);
         if learns { self.training().map(Some) } else { Ok(None) }
     }
 

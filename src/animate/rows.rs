@@ -20,7 +20,7 @@ pub struct AnimateReport {
     pub moving_objects: usize,
     /// The first frame, and the one after the last.
     pub frames: [usize; 2],
-    /// Rounds of tracing that count in each frame; a warm-up round comes before them.
+    /// How often rays were traced again in each frame.
     pub rounds: usize,
     /// Image width and height in pixels.
     pub size: [u32; 2],
@@ -64,12 +64,15 @@ pub struct FrameRow {
     pub rotations: u64,
     /// Nodes whose order was looked at.
     pub order_nodes: u64,
-    /// Answering the frame's shadow rays: median of the rounds.
+    /// Answering the frame's shadow rays for the first time after the update, with what the backend had
+    /// put off until then.
     pub trace_ms: f64,
-    /// The least of the rounds.
-    pub trace_ms_min: f64,
-    /// The most of the rounds.
-    pub trace_ms_max: f64,
+    /// Answering them again: median of the rounds, if there were any.
+    pub retrace_ms: Option<f64>,
+    /// The least of these rounds.
+    pub retrace_ms_min: Option<f64>,
+    /// The most of these rounds.
+    pub retrace_ms_max: Option<f64>,
     /// Update and tracing.
     pub frame_ms: f64,
     /// Shadow rays.
@@ -104,7 +107,8 @@ impl FrameRow {
     ) -> Self {
         let share =
             |count: u64| if traced.rays == 0 { 0.0 } else { count as f64 / traced.rays as f64 };
-        let trace_ms = traced.trace_ms.median;
+        let trace_ms = traced.trace_ms;
+        let again = traced.retrace_ms.as_ref();
         let known = quality.as_ref();
         let (sah_cost, fresh) =
             (known.and_then(|q| q.sah_cost), known.and_then(|q| q.fresh_sah_cost));
@@ -120,8 +124,9 @@ impl FrameRow {
             rotations: update.rotations,
             order_nodes: update.order_nodes,
             trace_ms,
-            trace_ms_min: traced.trace_ms.min,
-            trace_ms_max: traced.trace_ms.max,
+            retrace_ms: again.map(|again| again.median),
+            retrace_ms_min: again.map(|again| again.min),
+            retrace_ms_max: again.map(|again| again.max),
             frame_ms: update_ms + trace_ms,
             rays: traced.rays,
             occluded_share: share(traced.occluded),
@@ -161,8 +166,10 @@ pub struct TotalRow {
     pub build_ms: f64,
     /// Of them, traversal orders.
     pub order_ms: f64,
-    /// Answering rays.
+    /// Answering rays for the first time.
     pub trace_ms: f64,
+    /// Answering them again: medians of each frame's rounds, if there were any.
+    pub retrace_ms: Option<f64>,
     /// Updates and answering rays.
     pub frame_ms: f64,
     /// Median over frames of the update.
@@ -173,8 +180,10 @@ pub struct TotalRow {
     pub median_frame_ms: f64,
     /// How many times faster than the first backend, in updates and tracing.
     pub frame_ratio_to_first: f64,
-    /// How many times faster than the first backend, in tracing alone.
+    /// How many times faster than the first backend, in tracing for the first time alone.
     pub trace_ratio_to_first: f64,
+    /// The same of tracing again.
+    pub retrace_ratio_to_first: Option<f64>,
     /// Share of the order in the time of updates and tracing.
     pub order_share: f64,
     /// Frames for which the whole tree was built anew.
@@ -202,6 +211,8 @@ impl TotalRow {
         for total in &mut totals {
             total.frame_ratio_to_first = first.frame_ms / total.frame_ms;
             total.trace_ratio_to_first = first.trace_ms / total.trace_ms;
+            let again = first.retrace_ms.zip(total.retrace_ms);
+            total.retrace_ratio_to_first = again.map(|(first, own)| first / own);
         }
         totals
     }
@@ -228,12 +239,14 @@ impl TotalRow {
             build_ms: sum(|row| row.build_ms),
             order_ms,
             trace_ms,
+            retrace_ms: later.iter().map(|row| row.retrace_ms).sum(),
             frame_ms,
             median_update_ms: median(|row| row.update_ms),
             median_trace_ms: median(|row| row.trace_ms),
             median_frame_ms: median(|row| row.frame_ms),
             frame_ratio_to_first: 1.0,
             trace_ratio_to_first: 1.0,
+            retrace_ratio_to_first: None,
             order_share: order_ms / frame_ms,
             rebuilds: later.iter().filter(|row| row.rebuilt).count(),
             rotations: later.iter().map(|row| row.rotations).sum(),
@@ -254,7 +267,8 @@ mod tests {
         let order_ms = update_ms / 4.0;
         let update = UpdateStats { refit_ms: update_ms - order_ms, order_ms, ..Default::default() };
         let traced = Traced {
-            trace_ms: Summary::of(&[trace_ms]),
+            trace_ms,
+            retrace_ms: Some(Summary::of(&[trace_ms / 2.0])),
             answers: Vec::new(),
             rays: 1000,
             occluded: 250,

@@ -16,7 +16,8 @@ use std::path::PathBuf;
 const SAMPLES: u32 = 4;
 
 /// What is compared unless asked otherwise, as far as this build has it.
-const DEFAULTS: [&str; 5] = [
+const DEFAULTS: [&str; 6] = [
+    "lazy",
     "bvh8",
     "embree:quality=medium,update=refit",
     "embree:quality=medium,update=refit,geometries=objects",
@@ -28,9 +29,9 @@ const DEFAULTS: [&str; 5] = [
 pub(super) struct Arguments {
     /// Scene file (.toml) that says how its geometry moves, or the name of a generator that does
     scene: String,
-    /// Backend that follows the scene; repeat it. The first answers the camera rays, makes the
-    /// pictures, and is the one that others are measured against: see `sato list` [default: bvh8,
-    /// and four ways of Embree's where this build has it]
+    /// Backend that follows the scene; repeat it. The first makes the pictures, and is the one that
+    /// others are measured against: see `sato list` [default: lazy, bvh8 and four ways of Embree's
+    /// where this build has it]
     #[arg(long, value_name = "SPEC", value_parser = parse_backend)]
     backend: Vec<BackendSpec>,
     /// Frames to go through, from A to before B; N stands for 0..N [default: all of the scene's]
@@ -42,8 +43,8 @@ pub(super) struct Arguments {
     /// Kinds of rays (ao, ao-unbounded, shadow) [default: shadow, or ao without lights]
     #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = parse_pass)]
     rays: Vec<Pass>,
-    /// Timed rounds of tracing in each frame, after a warm-up
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    /// How often the rays of a frame are traced again, after the time that counts for it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     rounds: u32,
     /// Tell how good trees and orders are in each frame, and their memory; slower, as new trees may be
     /// built to compare with, but never within a time
@@ -157,7 +158,7 @@ mod tests {
 
     #[test]
     fn defaults_are_what_this_build_has() {
-        let count = if cfg!(feature = "embree") { DEFAULTS.len() } else { 1 };
+        let count = if cfg!(feature = "embree") { DEFAULTS.len() } else { 2 };
         assert_eq!(defaults().unwrap().len(), count);
     }
 }
