@@ -17,7 +17,7 @@ use sato::ray_set::RaySet;
 use sato::render::{Pass, RenderSettings, record};
 use sato::scene::{self, Scene};
 use sato::trace::shaft::Entry;
-use sato::trace::wide::{self, Instructions, Query, Scratch, Way};
+use sato::trace::wide::{self, Instructions, Query, Scratch, Structure, Way};
 use sato::tree::{Bvh2, Bvh8};
 use std::sync::{Arc, LazyLock, Mutex};
 
@@ -128,8 +128,13 @@ fn wide_kernel(
     let scratch = Mutex::new(Scratch::default());
     Box::new(move |rays, answers| {
         let mut scratch = scratch.lock().expect("no kernel panics");
-        let query =
-            Query { tree: &tree, mesh: &mesh, way, mode: Mode::Exact, entry: &Entry::WHOLE };
+        let query = Query {
+            structure: Structure::Tree(&tree),
+            mesh: &mesh,
+            way,
+            mode: Mode::Exact,
+            entry: &Entry::WHOLE,
+        };
         for (RayBatch { rays }, words) in rays.batches_with(answers) {
             wide::any_hit(instructions, &query, rays, words, &mut scratch);
         }

@@ -184,6 +184,36 @@ fn bad_scene_files_are_refused_by_line_and_key() {
             "$Gscale = 1\nmatrix = [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]",
             &[":4:", "matrix", "beside"],
         ),
+        ("$G[animation]\nframes = 0", &[":4:", "animation.frames", "not 0"]),
+        ("$G[animation]\nframes = 100001", &[":4:", "animation.frames", "100001"]),
+        ("$G[animation]\nframes = 1.5", &[":4:", "animation.frames", "1.5"]),
+        ("$G[animation]\nframes = nan", &[":4:", "animation.frames", "NaN"]),
+        ("$G[animation]\nframes = '9'", &[":4:", "animation.frames"]),
+        ("$G[animation]", &[":3:", "frames"]),
+        ("$G[animation]\nframes = 5", &[":4:", "animation.frames", "nothing", "moves"]),
+        ("$Gkeys = [0, 1]", &[":2:", "geometry[0].file", "%02d", "t.obj"]),
+        ("$Gkeys = [0, 1, 2]", &[":3:", "geometry[0].keys", "2 numbers"]),
+        ("$K[1, 1]", &[":3:", "geometry[0].keys", "[1, 1]"]),
+        ("$K[1, 0]", &[":3:", "geometry[0].keys"]),
+        ("$K[-1, 1]", &[":3:", "geometry[0].keys"]),
+        ("$K[0, 1.5]", &[":3:", "geometry[0].keys"]),
+        ("$K[0, inf]", &[":3:", "geometry[0].keys"]),
+        ("$K[0, 100000]", &[":3:", "geometry[0].keys", "100000"]),
+        ("[[geometry]]\ngenerator = 'ship'\nkeys = [0, 1]", &[":3:", "geometry[0].keys"]),
+        ("$G[[geometry.key]]\ntime = 0", &[":3:", "geometry[0].key", "at least two, not 1"]),
+        ("$Gkey = []", &[":3:", "geometry[0].key", "at least two, not 0"]),
+        ("$G[[geometry.key]]\nscale = 2", &[":3:", "time"]),
+        ("$T0.1$T0.1", &[":6:", "geometry[0].key[1].time", "after"]),
+        ("$T-0.1$T1", &[":4:", "geometry[0].key[0].time", "-0.1"]),
+        ("$T0$T1.5", &[":6:", "geometry[0].key[1].time", "1.5"]),
+        ("$T0$Tnan", &[":6:", "geometry[0].key[1].time", "NaN"]),
+        ("$T0$T1\nscale = 0", &[":7:", "geometry[0].key[1].scale", "flatten"]),
+        ("$T0$T1\nscale = [1, 2]", &[":7:", "geometry[0].key[1].scale", "3 numbers"]),
+        ("$T0$T1\ntranslate = [inf, 0, 0]", &[":7:", "geometry[0].key[1].translate", "finite"]),
+        ("$T0$T1\nrotate_degrees = [0, nan, 0]", &[":7:", "rotate_degrees", "finite"]),
+        ("$T0$T1\nmatrix = 1", &[":7:", "matrix", "unknown"]),
+        ("$T0$T1\ntranslate = [2e18, 0, 0]", &[":1:", "geometry[0]", "move beyond 1e18"]),
+        ("$T0$T1\nscale = 2e18", &[":1:", "geometry[0]", "move beyond 1e18"]),
         ("$G[[light]]", &[":3:", "type"]),
         ("$G[[light]]\ntype = 'spot'", &[":4:", "light[0].type", "spot", "quad, disk"]),
         ("$Lquad'\ncorner=[0,0,0]\nedge_u=[1,0,0]", &[":3:", "light[0].edge_v", "missing"]),
@@ -250,6 +280,9 @@ fn bad_scene_files_are_refused_by_line_and_key() {
     ];
     for (content, expected) in table {
         let content = content
+            .replacen("$T", &format!("{GEOMETRY}[[geometry.key]]\ntime = "), 1)
+            .replace("$T", "\n[[geometry.key]]\ntime = ")
+            .replace("$K", "[[geometry]]\nfile = 't%d.obj'\nkeys = ")
             .replace("$G", GEOMETRY)
             .replace("$C", CAMERA)
             .replace("$L", &format!("{GEOMETRY}[[light]]\ntype = '"));
@@ -282,6 +315,48 @@ fn absent_meshes_are_told_from_bad_ones() {
     let error = load(folder.write("bad.toml", "geometry = [{ file = 'bad.obj' }]")).unwrap_err();
     assert!(matches!(error, sato::Error::Input { .. }), "{error:?}");
     assert_says(&error.to_string(), &["bad.obj:1:"], "a bad mesh");
+}
+
+#[test]
+fn keys_of_a_sequence_must_be_alike() {
+    let folder = Folder::new();
+    let scene = "[[geometry]]\nfile = 'k%02d.obj'\nkeys = [7, 9]\n";
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let first = format!("{square}f 1 2 3\nf 1 3 4\n");
+    folder.write("k07.obj", &first);
+    folder.write("k08.obj", &first);
+    let error = load(folder.write("keys.toml", scene)).unwrap_err();
+    assert!(matches!(error, sato::Error::MissingMesh { .. }), "{error:?}");
+    assert_says(&error.to_string(), &["keys.toml:2:", "k09.obj", "looked in"], "an absent key");
+
+    let table: &[(&str, &[&str])] = &[
+        ("", &["no triangles"]),
+        ("v 0 0 x\nf 1 1 1", &[":1:", "not a number"]),
+        (&format!("{square}f 1 2 3\n"), &["1 triangles, not 2", "k07.obj"]),
+        (&format!("{square}f 1 2 3 4\nf 1 2 3"), &["3 triangles, not 2"]),
+        (&format!("{first}v 9 9 9\n"), &["5 vertices, not 4"]),
+        (&format!("{square}f 1 2 3\nf 3 2 1\n"), &["3 vertices in use, not 4"]),
+        (&format!("{square}f 1 2 3\nf 2 3 4\n"), &["triangle 2 ", "the same vertices"]),
+        (&format!("{square}f 1 2 3\nf 1 4 3\n"), &["triangle 2 ", "the same vertices"]),
+        (&first.replace("v 0 1 0", "v 0 nan 0"), &["1 triangles", "not finite"]),
+        (&first.replace("v 0 1 0", "v 0 3e18 0"), &["beyond 1e18"]),
+    ];
+    for (content, expected) in table {
+        folder.write("k09.obj", content);
+        let message = folder.refusal("keys.toml", scene);
+        assert_says(&message, &[&["k09.obj"], *expected].concat(), content);
+    }
+    folder.write("k08.obj", "v 0 0 0");
+    assert_says(&folder.refusal("keys.toml", scene), &["k08.obj", "no triangles"], "two bad keys");
+    folder.write("k07.obj", format!("{first}v nan 0 0\nf 1 2 5"));
+    assert_says(&folder.refusal("keys.toml", scene), &["k07.obj", "not finite"], "the first key");
+
+    folder.write("k07.obj", &first);
+    folder.write("k08.obj", &first);
+    folder.write("k09.obj", first.replace("v 1 1 0", "v 9e17 1 0"));
+    assert!(load(folder.write("keys.toml", scene)).is_ok());
+    let message = folder.refusal("keys.toml", format!("{scene}scale = 2"));
+    assert_says(&message, &["keys.toml:1:", "geometry[0]", "move beyond 1e18"], "a far key");
 }
 
 #[test]

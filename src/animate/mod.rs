@@ -3,7 +3,8 @@
 //!
 //! The first frame is what backends are built for. In each later one all of them are brought up to
 //! date, in turns that go round, and answer the same recorded rays; the first backend's answers make
-//! the picture.
+//! the picture. What counts as a frame is the update and the first answering of the rays: that is when
+//! backends that build on demand build, so nothing may ask them before.
 
 mod charts;
 mod rows;
@@ -31,14 +32,15 @@ use std::time::Instant;
 /// What to run, and where the results go.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What follows the scene; at least one. The first answers camera rays, makes the pictures, and is
-    /// what others are held against.
+    /// What follows the scene; at least one. The first makes the pictures, and is what others are held
+    /// against. The first that does not build on demand answers camera rays; without any, a `bvh8`
+    /// that is not reported does.
     pub backends: Vec<BackendSpec>,
     /// Frames of the scene's motion, at least two.
     pub frames: Range<usize>,
     /// What is recorded in each frame.
     pub render: RenderSettings,
-    /// Timed rounds of tracing in each frame, after a warm-up; at least 1.
+    /// Timed rounds of tracing in each frame, after the one that counts for it; at least 1.
     pub rounds: usize,
     /// Whether to ask how good trees are, which may build new ones to compare with.
     pub quality: bool,
@@ -114,6 +116,11 @@ pub fn run(scene: &Scene, plan: &Plan, progress: Progress<'_>) -> Result<Animate
     }
     // Better now than after the measuring.
     std::fs::create_dir_all(&plan.folder).map_err(Error::io(&plan.folder))?;
+    let eager = followers.iter().position(|follower| !follower.builds_on_demand());
+    let mut recorder = match eager {
+        Some(_) => None,
+        None => Some(Lab::new(&scene, seed).build_moving(&"bvh8".parse()?)?),
+    };
     let contenders: Vec<&dyn Accelerator> = followers.iter().map(|f| f.accelerator()).collect();
     let backends = BackendReport::all(&plan.backends, &contenders);
     let mut rows = Vec::new();
@@ -128,8 +135,12 @@ pub fn run(scene: &Scene, plan: &Plan, progress: Progress<'_>) -> Result<Animate
             0 => built(&backends),
             _ => update(&mut followers, &turns, &scene.mesh)?,
         };
+        if let Some(recorder) = recorder.as_mut().filter(|_| place > 0) {
+            recorder.update(Arc::clone(&scene.mesh))?;
+        }
         drop(last);
-        let recording = record(&scene, followers[0].accelerator(), &plan.render, None)?;
+        let tracer = recorder.as_ref().unwrap_or_else(|| &followers[eager.unwrap_or(0)]);
+        let recording = record(&scene, tracer.accelerator(), &plan.render, None)?;
         let traced = trace_all(&followers, &turns, &recording, plan.rounds);
         for (index, (update_ms, update)) in updates.into_iter().enumerate() {
             followers[index].traced(traced[index].trace_ms.median);
@@ -212,7 +223,9 @@ fn update(
 
 /// What one backend makes of a frame's rays.
 struct Traced {
-    /// Time to answer all rays of all passes, in milliseconds.
+    /// Time to answer all rays of all passes for the first time, in milliseconds.
+    first_ms: f64,
+    /// The same in later rounds.
     trace_ms: Summary,
     /// By pass.
     answers: Vec<Vec<u64>>,
@@ -231,11 +244,14 @@ fn trace_all(
     let sets: Vec<_> = recording.passes().iter().map(|pass| pass.rays()).collect();
     let none: Vec<_> = sets.iter().map(|set| set.no_answers()).collect();
     let mut answers = vec![none; followers.len()];
+    let mut first = vec![None; followers.len()];
     let in_turn = interleaved(turns.len(), rounds, |turn| {
         let index = turns[turn];
         let accelerator = followers[index].accelerator();
         let passes = sets.iter().zip(&mut answers[index]);
-        passes.map(|(set, answers)| trace(accelerator, set, answers)).sum()
+        let ms = passes.map(|(set, answers)| trace(accelerator, set, answers)).sum();
+        first[index].get_or_insert(ms);
+        ms
     });
     let mut summaries: Vec<(usize, Summary)> =
         turns.iter().zip(&in_turn).map(|(&index, ms)| (index, Summary::of(ms))).collect();
@@ -252,7 +268,8 @@ fn trace_all(
         .into_iter()
         .zip(answers)
         .zip(differing)
-        .map(|(((_, trace_ms), answers), differing)| Traced {
+        .map(|(((index, trace_ms), answers), differing)| Traced {
+            first_ms: first[index].expect("every backend has a turn"),
             trace_ms,
             rays,
             occluded: answers.iter().map(|words| occluded_count(words) as u64).sum(),

@@ -33,8 +33,9 @@ pub fn animate_text(report: &AnimateReport) -> String {
         "update",
         "trace",
         "frame",
+        "again",
         "ratio",
-        "trace ratio",
+        "again ratio",
         "order %",
         "Mrays/s",
         "MB",
@@ -49,8 +50,9 @@ pub fn animate_text(report: &AnimateReport) -> String {
             each(total.build_ms),
             each(total.order_ms),
             each(total.update_ms),
-            each(total.trace_ms),
+            each(total.first_trace_ms),
             each(total.frame_ms),
+            each(total.trace_ms),
             format!("{:.2}", total.frame_ratio_to_first),
             format!("{:.2}", total.trace_ratio_to_first),
             format!("{:.2}", 100.0 * total.order_share),
@@ -59,8 +61,9 @@ pub fn animate_text(report: &AnimateReport) -> String {
         ]);
     }
     let _ = writeln!(text, "{}", times.trim_fmt());
-    text += "milliseconds, means over the frames after the first; ratios: how many times faster than \
-             the first backend\n\n";
+    text += "milliseconds, means over the frames after the first; a frame is its update and the first \
+             answering of its\nrays, with what that builds on demand; again: later rounds; ratios: how \
+             many times faster than the first backend\n\n";
     let first = &report.totals[0].backend;
     for total in &report.totals[1..] {
         let own = &total.backend;

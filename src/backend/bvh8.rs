@@ -7,7 +7,7 @@ use crate::intersect::Mode;
 use crate::order::{self, OrderContext};
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
 use crate::trace::shaft::{self, Budget, Entry, Shaft, View, WithMesh};
-use crate::trace::wide::{self, Instructions, Query, Scratch, Way};
+use crate::trace::wide::{self, Instructions, Query, Scratch, Structure, Way};
 use crate::tree::Bvh8;
 use crate::{Error, Result, build};
 use std::cell::RefCell;
@@ -38,16 +38,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         Key {
             name: "trace",
             about: "how rays are taken through the tree",
-            choices: || {
-                vec![
-                    Choice { name: "auto", about: "by what is known of the batch" },
-                    Choice { name: "single", about: "one ray at a time" },
-                    Choice {
-                        name: "stream",
-                        about: "64 rays of a batch together, sorted by direction",
-                    },
-                ]
-            },
+            choices: ways,
             default: "auto",
         },
         mode::KEY,
@@ -58,6 +49,24 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
     build: |spec, context| Ok(Box::new(Bvh8Backend::new(spec, context)?)),
     build_moving: None,
 };
+
+/// Values of `trace=`.
+pub(super) fn ways() -> Vec<Choice> {
+    vec![
+        Choice { name: "auto", about: "by what is known of the batch" },
+        Choice { name: "single", about: "one ray at a time" },
+        Choice { name: "stream", about: "64 rays of a batch together, sorted by direction" },
+    ]
+}
+
+/// What the spec says of it.
+pub(super) fn way_of(spec: &BackendSpec) -> Way {
+    match spec.value("trace") {
+        "single" => Way::Single,
+        "stream" => Way::Stream,
+        _ => Way::Automatic,
+    }
+}
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
@@ -103,17 +112,19 @@ impl Bvh8Backend {
             sah_cost: None,
             notes: vec![instructions.name().into()],
         };
-        let way = match spec.value("trace") {
-            "single" => Way::Single,
-            "stream" => Way::Stream,
-            _ => Way::Automatic,
-        };
+        let way = way_of(spec);
         let mesh = context.scene.mesh.clone();
         Ok(Self { tree, mesh, mode: mode::of(spec), instructions, way, stats })
     }
 
     fn query<'a>(&'a self, entry: &'a Entry) -> Query<'a> {
-        Query { tree: &self.tree, mesh: &self.mesh, way: self.way, mode: self.mode, entry }
+        Query {
+            structure: Structure::Tree(&self.tree),
+            mesh: &self.mesh,
+            way: self.way,
+            mode: self.mode,
+            entry,
+        }
     }
 }
 
@@ -123,12 +134,13 @@ impl Accelerator for Bvh8Backend {
     }
 
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        wide::closest_hit(self.instructions, &self.tree, &self.mesh, ray)
+        wide::closest_hit(self.instructions, Structure::Tree(&self.tree), &self.mesh, ray)
     }
 
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         SCRATCH.with_borrow_mut(|scratch| {
-            wide::closest_hits(self.instructions, &self.tree, &self.mesh, rays, hits, scratch);
+            let tree = Structure::Tree(&self.tree);
+            wide::closest_hits(self.instructions, tree, &self.mesh, rays, hits, scratch);
         });
     }
 

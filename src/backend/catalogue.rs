@@ -40,6 +40,7 @@ pub static BACKENDS: &[&BackendEntry] = &[
     &super::brute::ENTRY,
     &super::bvh2::ENTRY,
     &super::bvh8::ENTRY,
+    &super::lazy::ENTRY,
     &super::kd::ENTRY,
     &super::embree::ENTRY,
 ];

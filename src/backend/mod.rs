@@ -6,6 +6,7 @@ mod bvh8;
 pub mod catalogue;
 mod embree;
 mod kd;
+mod lazy;
 mod mode;
 mod moving;
 mod shared_trees;
@@ -17,6 +18,7 @@ pub use spec::{BackendSpec, Choice, Key};
 
 use crate::Result;
 use crate::geometry::Aabb;
+use crate::parts::Visited;
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
 use crate::ray_set::RaySet;
 use crate::scene::Scene;
@@ -55,6 +57,11 @@ pub trait Accelerator: Send + Sync {
     ) -> bool {
         let _ = (batch, occluded, counts);
         false
+    }
+
+    /// What rays have come by so far, if trees are built for that only.
+    fn visited(&self) -> Option<Visited> {
+        None
     }
 
     /// Box around all triangles, if [`look`](Self::look) can tell anything.

@@ -22,6 +22,12 @@ pub trait MovingAccelerator: Send {
         let _ = trace_ms;
     }
 
+    /// Whether rays make it build what it was not yet asked for, so that those that come first pay for
+    /// others that come after them.
+    fn builds_on_demand(&self) -> bool {
+        false
+    }
+
     /// What answers rays for the last frame given.
     fn accelerator(&self) -> &dyn Accelerator;
 

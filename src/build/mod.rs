@@ -5,11 +5,13 @@ mod clip;
 mod collapse;
 pub mod kd_sah;
 mod object_split;
+mod small;
 mod spatial;
 mod sweep;
 mod top_down;
 
 pub use collapse::{WideCosts, collapse};
+pub use small::{MOST_SMALL, small_tree};
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;
@@ -32,6 +34,8 @@ pub enum Leaves {
     Fit,
     /// Where splitting further cannot pay by [`WideCosts`]: [`collapse`] puts leaves together.
     Wide,
+    /// At single references, each whatever the heuristic says.
+    Single,
 }
 
 /// All builders.

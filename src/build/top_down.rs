@@ -66,7 +66,9 @@ pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>, leaves: Leave
         grow(part, room, Place::default(), leaves).child
     });
     let root = close_up(&mut nodes, &mut notes, &mut triangle_ids, root);
-    let triangles = triangle_ids.par_iter().map(|&i| mesh.triangle(i as usize)).collect();
+    // Few at a time, so that small trees are built on the one thread that asks for them.
+    let ids = triangle_ids.par_iter().with_min_len(1 << 14);
+    let triangles = ids.map(|&i| mesh.triangle(i as usize)).collect();
     let notes = SplitNotes::from_bytes(&notes);
     Bvh2 { nodes, root, bounds, triangles, triangle_ids, notes }
 }
@@ -102,7 +104,7 @@ fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place, leaves: Leaves) -> G
     }
     // From here on halving must lead to leaves before the depth runs out.
     let must_halve = MAX_DEPTH - place.depth <= count.ilog2() as usize + 1;
-    let may_be_leaf = count <= MAX_SAH_LEAF;
+    let may_be_leaf = count <= MAX_SAH_LEAF && leaves != Leaves::Single;
     let best = if must_halve { None } else { part.best_split() };
     let sides = match best {
         Some((split, cost)) => {

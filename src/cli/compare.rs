@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
 fn compare(arguments: &Arguments) -> Result<()> {
     let run = &arguments.run;
-    let scene = load_scene(&arguments.scene, run.quiet)?;
+    let scene = load_scene(&arguments.scene, arguments.picture.frame, run.quiet)?;
     let passes = passes(&arguments.rays, &Pass::ALL, &scene);
     let settings = arguments.picture.settings(&scene, run.seed, passes, SAMPLES)?;
     let lab = Lab::new(&scene, run.seed);
@@ -221,6 +221,7 @@ fn write_differences(
     let film = film.with_layer("differing-rays", marks.iter().map(|&m| m as f32).collect());
     write_exr(&files.path("difference.exr"), &film, &recording.settings().metadata())?;
     let rays = RayFile {
+        frame: arguments.picture.frame,
         scene: arguments.scene.clone(),
         about: format!("rays in dispute of: {}", crate::report::command_line().join(" ")),
         classes,

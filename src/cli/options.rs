@@ -46,6 +46,9 @@ impl Run {
 /// What picture to take.
 #[derive(Args, Debug)]
 pub(super) struct Picture {
+    /// Frame of a moving scene, counted from 0 [default: the first]
+    #[arg(long, value_name = "N")]
+    pub frame: Option<usize>,
     /// Width and height in pixels [default: the scene's]
     #[arg(long, num_args = 2, value_names = ["W", "H"])]
     pub size: Option<Vec<u32>>,
@@ -129,15 +132,23 @@ pub(super) fn passes(asked: &[Pass], default: &[Pass], scene: &Scene) -> Vec<Pas
     }
 }
 
-/// Loads a scene and prints its warnings.
-pub(super) fn load_scene(reference: &str, quiet: bool) -> Result<Scene> {
+/// Loads a scene, as it is in `frame` if one is asked for, and prints its warnings.
+pub(super) fn load_scene(reference: &str, frame: Option<usize>, quiet: bool) -> Result<Scene> {
     let scene = scene::load(reference)?;
     if !quiet {
         for warning in &scene.warnings {
             eprintln!("sato: warning: {warning}");
         }
     }
-    Ok(scene)
+    let Some(frame) = frame else { return Ok(scene) };
+    scene.at_frame(frame).ok_or_else(|| {
+        let has = match &scene.motion {
+            Some(motion) if motion.frames > 1 => format!("frames 0 to {}", motion.frames - 1),
+            Some(_) => "frame 0 only".into(),
+            None => "no frames, as nothing moves".into(),
+        };
+        Error::Usage(format!("--frame {frame}: {reference} has {has}"))
+    })
 }
 
 /// Parses a `--backend`; for clap.

@@ -49,6 +49,9 @@ pub(super) struct Replay {
     /// The scene [default: the one that the file names]
     #[arg(long)]
     scene: Option<String>,
+    /// Frame of a moving scene, counted from 0 [default: the one that the file names]
+    #[arg(long, value_name = "N")]
+    frame: Option<usize>,
     /// Backend to ask; repeat to compare. The first is the one that others are measured against
     #[arg(long, value_name = "SPEC", value_parser = parse_backend, required = true)]
     backend: Vec<BackendSpec>,
@@ -70,7 +73,7 @@ pub(super) fn run(command: &Command) -> Result<()> {
 
 fn record_rays(arguments: &Record) -> Result<()> {
     let Record { run, picture, .. } = arguments;
-    let scene = load_scene(&arguments.scene, run.quiet)?;
+    let scene = load_scene(&arguments.scene, picture.frame, run.quiet)?;
     let passes = passes(&arguments.rays, &Pass::ALL, &scene);
     let settings = picture.settings(&scene, run.seed, passes, 4)?;
     let accelerator = Lab::new(&scene, run.seed).build(&arguments.backend)?;
@@ -82,7 +85,7 @@ fn record_rays(arguments: &Record) -> Result<()> {
         .collect();
     let rays: usize = classes.iter().map(|(_, set)| set.len()).sum();
     let about = crate::report::command_line().join(" ");
-    let file = RayFile { scene: arguments.scene.clone(), about, classes };
+    let file = RayFile { scene: arguments.scene.clone(), frame: picture.frame, about, classes };
     file.write(&arguments.output)?;
     if run.quiet {
         return Ok(());
@@ -97,7 +100,8 @@ fn replay(arguments: &Replay) -> Result<()> {
     if rays == 0 {
         return Err(Error::input(&arguments.file, "holds no ray"));
     }
-    let scene = load_scene(arguments.scene.as_ref().unwrap_or(&file.scene), run.quiet)?;
+    let reference = arguments.scene.as_ref().unwrap_or(&file.scene);
+    let scene = load_scene(reference, arguments.frame.or(file.frame), run.quiet)?;
     let lab = Lab::new(&scene, run.seed);
     let mut built = Vec::new();
     for spec in &arguments.backend {

@@ -5,6 +5,7 @@ use super::{print, progress};
 use crate::backend::{BackendSpec, BuildStats};
 use crate::image_file::{self, heat_map, tone_map};
 use crate::lab::Lab;
+use crate::parts::Visited;
 use crate::render::{
     Adaptive, Pass, RenderOptions, RenderSettings, RenderStats, Skip, Skips, render, seen_part,
 };
@@ -76,6 +77,8 @@ struct RenderReport<'a> {
     /// The layers asked for; all if absent.
     layers: Option<&'a [String]>,
     render: &'a RenderStats,
+    /// Of backends that build on the way.
+    visited: Option<Visited>,
     files: Vec<String>,
 }
 
@@ -89,7 +92,7 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
     if let Some(path) = output.filter(|p| p.extension().is_none_or(|e| e != "exr")) {
         return Err(Error::Usage(format!("-o {}: the name must end in .exr", path.display())));
     }
-    let scene = load_scene(&arguments.scene, run.quiet)?;
+    let scene = load_scene(&arguments.scene, arguments.picture.frame, run.quiet)?;
     let passes = passes(&arguments.passes, &[Pass::AmbientOcclusion, Pass::Shadow], &scene);
     let settings = RenderSettings {
         adaptive: arguments.adaptive.map(|most| Adaptive { most }),
@@ -155,6 +158,7 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
             adaptive: arguments.adaptive,
             layers: settings.layers.as_deref(),
             render: &rendering.stats,
+            visited: accelerator.visited(),
             files: files.clone(),
         };
         write_json(path, &report)?;
@@ -165,6 +169,9 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
     let mut text = String::new();
     if arguments.stats {
         text = stats_text(arguments, &settings, build, &rendering.stats);
+        if let Some(visited) = accelerator.visited() {
+            text += &visited_text(&visited);
+        }
         if triangles_left_out > 0 {
             let of = scene.mesh.len();
             let _ = writeln!(
@@ -174,6 +181,20 @@ fn render_scene(arguments: &Arguments) -> Result<()> {
         }
     }
     print(&(text + &files.join("\n")))
+}
+
+fn visited_text(visited: &Visited) -> String {
+    let share = |part: u64, all: u64| 100.0 * part as f64 / all.max(1) as f64;
+    format!(
+        "built on the way: {} of {} parts, with {:.1} % of the triangles and {} nodes, in {:.1} ms \
+         summed over threads; {:.1} MB in the end\n",
+        visited.parts_ready,
+        visited.parts,
+        share(visited.triangles_ready, visited.triangles),
+        visited.nodes,
+        visited.build_ms,
+        visited.memory_bytes as f64 / 1e6
+    )
 }
 
 fn stats_text(

@@ -10,10 +10,13 @@ use std::path::PathBuf;
 
 #[derive(Subcommand, Debug)]
 pub(super) enum Command {
-    /// Print counts, bounds, triangle sizes, defects, camera and lights
+    /// Print counts, bounds, triangle sizes, defects, motion, camera and lights
     Info {
         /// Scene file (.toml), mesh (.obj, .obj.zst) or the name of a generator
         scene: String,
+        /// Frame of a moving scene, counted from 0 [default: the first]
+        #[arg(long, value_name = "N")]
+        frame: Option<usize>,
         /// Write the figures as JSON to FILE
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
@@ -22,6 +25,9 @@ pub(super) enum Command {
     Export {
         /// Scene file (.toml), mesh (.obj, .obj.zst) or the name of a generator
         scene: String,
+        /// Frame of a moving scene, counted from 0 [default: the first]
+        #[arg(long, value_name = "N")]
+        frame: Option<usize>,
         /// The file to write (.obj or .obj.zst)
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
@@ -30,15 +36,15 @@ pub(super) enum Command {
 
 pub(super) fn run(command: &Command) -> Result<()> {
     match command {
-        Command::Info { scene, json } => {
-            let info = SceneInfo::of(&load_scene(scene, false)?);
+        Command::Info { scene, frame, json } => {
+            let info = SceneInfo::of(&load_scene(scene, *frame, false)?);
             if let Some(path) = json {
                 write_json(path, &info)?;
             }
             print(&info.to_string())
         }
-        Command::Export { scene, output } => {
-            let scene = load_scene(scene, false)?;
+        Command::Export { scene, frame, output } => {
+            let scene = load_scene(scene, *frame, false)?;
             export(&scene, output)?;
             print(&format!("{} triangles in {}", scene.mesh.len(), output.display()))
         }

@@ -22,7 +22,7 @@ pub use rtsah::line_probability::lines_through_both;
 
 use crate::geometry::TriangleMesh;
 use crate::ray_set::RaySet;
-use crate::tree::{Bvh2, KdTree, Node2, NodeBits, Plan};
+use crate::tree::{Bvh2, KdTree, Node2, NodeBits, Plan, ScoreAtSplit};
 use rayon::prelude::*;
 
 /// One traversal order.
@@ -42,6 +42,9 @@ pub struct OrderEntry {
     /// each of its nodes, the largest of siblings to come first; `None` where the order is none
     /// between more than two.
     pub scores: Option<fn(&Bvh2, &OrderContext<'_>) -> Scores>,
+    /// The score of a child by what is known when its parent is split, its box and its triangles: for
+    /// trees that are built where rays come by, where nothing is known of what lies below.
+    pub at_split: Option<ScoreAtSplit>,
 }
 
 /// For each node of a binary tree the scores of its two children.

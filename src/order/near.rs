@@ -10,4 +10,5 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     plan_bvh2: |_, _| Plan::Near,
     plan_kd: Some(|_, _| Plan::Near),
     scores: None,
+    at_split: None,
 };

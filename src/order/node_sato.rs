@@ -12,6 +12,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_larger.clone()),
     plan_kd: Some(kd::node_sato),
     scores: Some(|tree, _| score_each(tree, |_, node, side| node.bounds[side].half_area())),
+    at_split: Some(|_, bounds, _| bounds.half_area()),
 };
 
 #[cfg(test)]

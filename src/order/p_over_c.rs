@@ -17,6 +17,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| Plan::Fixed(second_first(tree)),
     plan_kd: None,
     scores: Some(|tree, _| scores(tree, &StopOverCost, |_, _, below| below.stop / below.cost)),
+    at_split: None,
 };
 
 pub(super) fn second_first(tree: &Bvh2) -> NodeBits {

@@ -15,6 +15,7 @@ pub(super) static FEWEST: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_fewer.clone()),
     plan_kd: Some(kd::prim_num),
     scores: Some(|tree, _| score_each(tree, |_, node, side| -f64::from(node.counts[side]))),
+    at_split: Some(|_, _, triangles| -(triangles.len() as f64)),
 };
 
 pub(super) static MOST: OrderEntry = OrderEntry {
@@ -24,4 +25,5 @@ pub(super) static MOST: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| second_where(tree, |_, node| node.counts[1] > node.counts[0]),
     plan_kd: Some(kd::prim_num_most),
     scores: Some(|tree, _| score_each(tree, |_, node, side| f64::from(node.counts[side]))),
+    at_split: Some(|_, _, triangles| triangles.len() as f64),
 };

@@ -14,6 +14,10 @@ pub(super) static MEAN: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| plan(tree, Areas::mean),
     plan_kd: Some(kd::prim_sato_average),
     scores: Some(|tree, _| score(tree, Areas::mean)),
+    at_split: Some(|mesh, _, triangles| {
+        let count = triangles.len() as f64;
+        triangles.map(|id| mesh.triangle(id as usize).area()).sum::<f64>() / count
+    }),
 };
 
 pub(super) static LARGEST: OrderEntry = OrderEntry {
@@ -23,6 +27,9 @@ pub(super) static LARGEST: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| plan(tree, Areas::largest),
     plan_kd: Some(kd::prim_sato_max),
     scores: Some(|tree, _| score(tree, Areas::largest)),
+    at_split: Some(|mesh, _, triangles| {
+        triangles.map(|id| mesh.triangle(id as usize).area()).fold(0.0, f64::max)
+    }),
 };
 
 fn plan<F: Fn(&Areas, u32) -> f64 + Sync>(tree: &Bvh2, key: F) -> Plan {

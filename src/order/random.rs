@@ -13,6 +13,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     scores: Some(|tree, context| {
         score_each(tree, |index, _, side| hash(context.seed, (2 * index + side) as u64) as f64)
     }),
+    at_split: None,
 };
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number

@@ -22,6 +22,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     plan_bvh2: |tree, context| plan(tree, context, Evidence::exact_second_first),
     plan_kd: None,
     scores: None,
+    at_split: None,
 };
 
 pub(super) static BY_RATIO: OrderEntry = OrderEntry {
@@ -31,6 +32,7 @@ pub(super) static BY_RATIO: OrderEntry = OrderEntry {
     plan_bvh2: |tree, context| plan(tree, context, Evidence::ratio_second_first),
     plan_kd: None,
     scores: None,
+    at_split: None,
 };
 
 /// Rays are taken at even strides from larger sets. The authors of SRDH come within 6 % of the full

@@ -24,6 +24,8 @@ const RAY_BYTES: usize = 32;
 #[serde(deny_unknown_fields)]
 struct RayFileHeader {
     scene: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    frame: Option<usize>,
     about: String,
     /// In the order of their rays.
     classes: Vec<RayFileClass>,
@@ -43,6 +45,8 @@ struct RayFileClass {
 pub struct RayFile {
     /// The scene that the rays belong to, as it was given on the command line.
     pub scene: String,
+    /// The frame of a moving scene that they belong to, counted from 0, if one was asked for.
+    pub frame: Option<usize>,
     /// What these rays are, in a line.
     pub about: String,
     /// The rays of each class.
@@ -57,6 +61,7 @@ impl RayFile {
     pub fn write(&self, path: &Path) -> Result<()> {
         let header = RayFileHeader {
             scene: self.scene.clone(),
+            frame: self.frame,
             about: self.about.clone(),
             classes: self
                 .classes
@@ -120,7 +125,7 @@ impl RayFile {
             }
             classes.push((class.name, set));
         }
-        Ok(Self { scene: header.scene, about: header.about, classes })
+        Ok(Self { scene: header.scene, frame: header.frame, about: header.about, classes })
     }
 }
 
@@ -150,6 +155,7 @@ mod tests {
         }
         let file = RayFile {
             scene: "scenes/a \"b\".toml".into(),
+            frame: Some(3),
             about: "a test".into(),
             classes: vec![("ao".into(), set), ("shadow".into(), RaySet::default())],
         };

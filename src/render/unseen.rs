@@ -16,7 +16,8 @@ const LEAST_SHARE: f64 = 0.1;
 ///
 /// Camera rays, and so the points that they see, lie within the pyramid of the view. Shadow rays leave
 /// it by a light's distance from each of its sides at most, or by the radius of ambient occlusion. The
-/// rest of the mesh keeps its order, so the picture keeps its bits.
+/// rest of the mesh keeps its order, so the picture keeps its bits. Of a moving scene it is the first
+/// frame's picture, and the part stands still.
 pub fn seen_part(scene: &Scene, settings: &RenderSettings) -> Option<(Scene, u64)> {
     let sides = sides(scene, settings);
     if sides.is_empty() {
@@ -39,7 +40,7 @@ pub fn seen_part(scene: &Scene, settings: &RenderSettings) -> Option<(Scene, u64
         return None;
     }
     let mesh = Arc::new(TriangleMesh::new(mesh.vertices().to_vec(), kept));
-    Some((Scene { mesh, ..scene.clone() }, left_out as u64))
+    Some((Scene { mesh, motion: None, ..scene.clone() }, left_out as u64))
 }
 
 /// Planes through the eye, by their unit normals: rays lie where `normal . (x - eye)` is no less than

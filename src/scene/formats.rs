@@ -1,7 +1,7 @@
 //! The catalogue of file formats: one file each, and its line in [`FORMATS`].
 
 use super::mesh_builder::MeshPart;
-use super::{Scene, obj, toml_file, zstd};
+use super::{Object, Scene, obj, toml_file, zstd};
 use crate::error::one_line;
 use crate::{Error, Result};
 use std::ffi::OsStr;
@@ -34,6 +34,12 @@ pub(super) enum Reader {
 #[derive(Debug)]
 pub(super) struct MeshFile {
     pub(super) part: MeshPart,
+    /// All of it: each with vertices of its own.
+    pub(super) objects: Vec<Object>,
+    /// Vertices in the file, used or not.
+    pub(super) vertices_in_file: usize,
+    /// Triangles left out because a vertex is not finite.
+    pub(super) triangles_dropped: usize,
     pub(super) warnings: Vec<String>,
 }
 

@@ -33,6 +33,8 @@ pub struct SceneInfo {
     pub degenerate_triangles: usize,
     /// Triangles whose corners are those of an earlier one, in any order.
     pub duplicate_triangles: usize,
+    /// How it moves, if it does.
+    pub motion: Option<MotionInfo>,
     /// Bytes of vertices and indices.
     pub memory_bytes: usize,
     /// Length of ambient-occlusion rays.
@@ -45,6 +47,17 @@ pub struct SceneInfo {
     pub lights: Vec<Light>,
     /// What was repaired or dropped while loading.
     pub warnings: Vec<String>,
+}
+
+/// A record about the motion of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct MotionInfo {
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of objects that it consists of.
+    pub objects: usize,
+    /// How many of them ever move.
+    pub moving_objects: usize,
 }
 
 impl SceneInfo {
@@ -65,6 +78,11 @@ impl SceneInfo {
             area_max: areas.last().copied(),
             degenerate_triangles: mesh.len() - areas.len(),
             duplicate_triangles: duplicates(mesh),
+            motion: scene.motion.as_ref().map(|motion| MotionInfo {
+                frames: motion.frames,
+                objects: motion.objects.len(),
+                moving_objects: motion.objects.iter().filter(|object| object.moves).count(),
+            }),
             memory_bytes: mesh.memory_bytes(),
             ao_radius: scene.defaults.ao_radius,
             size: scene.defaults.size,
@@ -116,6 +134,10 @@ impl fmt::Display for SceneInfo {
         row("area max", area(self.area_max))?;
         row("degenerate triangles", self.degenerate_triangles.to_string())?;
         row("duplicate triangles", self.duplicate_triangles.to_string())?;
+        if let Some(MotionInfo { frames, objects, moving_objects }) = self.motion {
+            row("frames", frames.to_string())?;
+            row("objects", format!("{objects}, of which {moving_objects} move"))?;
+        }
         row("memory", format!("{:.1} MiB", self.memory_bytes as f64 / f64::from(1 << 20)))?;
         row("AO radius", self.ao_radius.to_string())?;
         row("image size", format!("{} x {}", self.size[0], self.size[1]))?;

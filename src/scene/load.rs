@@ -40,7 +40,7 @@ fn of_generator(generator: &GeneratorEntry) -> Scene {
         camera: made.camera,
         lights: made.lights,
         defaults: Defaults { ao_radius: made.ao_radius, size: Defaults::SIZE },
-        motion: None,
+        motion: made.motion.map(Into::into),
         warnings: Vec::new(),
     }
 }

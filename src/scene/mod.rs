@@ -10,11 +10,15 @@ mod light;
 mod load;
 mod mesh_builder;
 mod motion;
+mod motion_builder;
 mod obj;
 mod obj_text;
+mod pose;
+mod sequence;
 mod suggest;
 mod toml_entries;
 mod toml_file;
+mod toml_placement;
 mod toml_spans;
 mod transform;
 mod zstd;
@@ -23,7 +27,7 @@ pub use camera::{Camera, View};
 pub use check::InvalidValue;
 pub use export::export;
 pub use formats::{FORMATS, Format};
-pub use info::SceneInfo;
+pub use info::{MotionInfo, SceneInfo};
 pub use light::{Light, LightShape};
 pub use load::load;
 pub use motion::{Motion, Object, Pose};
@@ -61,6 +65,14 @@ pub struct Defaults {
 }
 
 impl Scene {
+    /// The scene as it is in `frame`, counted from 0, standing still; `None` if there is no such frame
+    /// or the scene does not move.
+    pub fn at_frame(&self, frame: usize) -> Option<Self> {
+        let motion = self.motion.as_ref().filter(|motion| frame < motion.frames)?;
+        let mesh = motion.mesh_at(&self.mesh, frame).into();
+        Some(Self { mesh, motion: None, ..self.clone() })
+    }
+
     /// Whether camera, lights and defaults can be used; the fault names the key, such as
     /// `light[1].radius`.
     pub fn check(&self) -> Result<(), InvalidValue> {

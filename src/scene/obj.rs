@@ -1,5 +1,6 @@
 //! Wavefront OBJ: triangles and polygons of vertex positions.
 
+use super::Object;
 use super::formats::{Format, MeshFile, Reader};
 use super::mesh_builder::MeshPart;
 use super::obj_text::{PositionsOnly, find_fault};
@@ -21,7 +22,8 @@ fn read(path: &Path, text: &[u8]) -> Result<MeshFile> {
     // One model for the whole file, as `PositionsOnly` leaves no group or material in.
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
-    let (models, _) = tobj::load_obj_buf(&mut PositionsOnly::new(text), &options, no_materials)
+    let mut filtered = PositionsOnly::new(text);
+    let (models, _) = tobj::load_obj_buf(&mut filtered, &options, no_materials)
         .map_err(|e| fault(path, text, &e.to_string()))?;
     let mut part = MeshPart::default();
     for model in models {
@@ -47,7 +49,36 @@ fn read(path: &Path, text: &[u8]) -> Result<MeshFile> {
             one_line(&path.display().to_string())
         ));
     }
-    Ok(MeshFile { part, warnings })
+    let groups = if dropped > 0 { &[][..] } else { &filtered.groups };
+    let objects = objects(&part, groups);
+    let vertices_in_file = filtered.vertices;
+    Ok(MeshFile { part, objects, vertices_in_file, triangles_dropped: dropped, warnings })
+}
+
+/// The groups, each beginning with the triangle given, as objects. Those that share vertices become
+/// one, together with what lies between them.
+fn objects(part: &MeshPart, groups: &[usize]) -> Vec<Object> {
+    let count = part.triangles.len();
+    let starts = [0].into_iter().chain(groups.iter().copied());
+    let ends = groups.iter().copied().chain([count]);
+    let mut objects: Vec<Object> = Vec::new();
+    for (start, end) in starts.zip(ends).filter(|(start, end)| start < end) {
+        let used = part.triangles[start..end].iter().flatten();
+        let (low, high) = used.fold((usize::MAX, 0), |(low, high), &i| {
+            (low.min(i as usize), high.max(i as usize + 1))
+        });
+        // Vertices lie in the order of their first use: a group that has none of earlier ones
+        // begins where they end.
+        let mut object = Object { vertices: low..high, triangles: start..end, moves: false };
+        while let Some(last) = objects.pop_if(|last| object.vertices.start < last.vertices.end) {
+            let low = last.vertices.start.min(object.vertices.start);
+            let high = last.vertices.end.max(object.vertices.end);
+            object.vertices = low..high;
+            object.triangles.start = last.triangles.start;
+        }
+        objects.push(object);
+    }
+    objects
 }
 
 /// The error for `path`, with the line if one is at fault.
@@ -74,6 +105,26 @@ mod tests {
         let part = mesh.unwrap().part;
         assert_eq!(part.vertices.len(), 4);
         assert_eq!(part.triangles, [[0, 1, 2], [0, 2, 3], [3, 2, 1]]);
+    }
+
+    #[test]
+    fn groups_with_vertices_of_their_own_are_objects() {
+        let three = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
+        let text = format!(
+            "{three}f 1 2 3\ng a\n{three}f 6 5 4\ng b\no c\n{three}f 7 8 9\nf 7 8 9\ng d\nf 4 8 5 6"
+        );
+        let object = |v: [usize; 2], t: [usize; 2]| Object {
+            vertices: v[0]..v[1],
+            triangles: t[0]..t[1],
+            moves: false,
+        };
+        let apart = load(text.split("\ng d").next().unwrap()).unwrap();
+        let expected = [object([0, 3], [0, 1]), object([3, 6], [1, 2]), object([6, 9], [2, 4])];
+        assert_eq!(apart.objects, expected);
+        // The last group shares with the second and the third.
+        let shared = load(&text).unwrap();
+        assert_eq!(shared.objects, [object([0, 3], [0, 1]), object([3, 9], [1, 6])]);
+        assert_eq!(shared.vertices_in_file, 9);
     }
 
     #[test]

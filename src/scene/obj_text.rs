@@ -58,6 +58,7 @@ impl<'a> Iterator for Lines<'a> {
 enum Element<'a> {
     Vertex(&'a [u8]),
     Face(&'a [u8]),
+    Group,
     Other,
 }
 
@@ -67,6 +68,7 @@ fn element(line: &[u8]) -> Element<'_> {
     let make = match line {
         [b'v', b' ' | b'\t', ..] | b"v" => Element::Vertex,
         [b'f', b' ' | b'\t', ..] | b"f" => Element::Face,
+        [b'g' | b'o', b' ' | b'\t', ..] | b"g" | b"o" => return Element::Group,
         _ => return Element::Other,
     };
     make(line[1..].split(|&b| b == b'#').next().unwrap_or_default())
@@ -84,22 +86,37 @@ fn vertex_part(word: &[u8]) -> &[u8] {
     }
 }
 
-/// Streams the `v` and `f` lines of an OBJ file with vertex positions and vertex indices only.
+/// Streams the `v` and `f` lines of an OBJ file with vertex positions and vertex indices only, and
+/// counts what goes by.
 pub(super) struct PositionsOnly<'a> {
     lines: Lines<'a>,
     chunk: Vec<u8>,
     read: usize,
+    /// Vertices so far, used or not.
+    pub(super) vertices: usize,
+    /// Triangles so far, of polygons split into fans.
+    pub(super) triangles: usize,
+    /// How many triangles came before each `g` or `o` line.
+    pub(super) groups: Vec<usize>,
 }
 
 impl<'a> PositionsOnly<'a> {
     pub(super) fn new(text: &'a [u8]) -> Self {
-        Self { lines: Lines::new(text), chunk: Vec::new(), read: 0 }
+        Self {
+            lines: Lines::new(text),
+            chunk: Vec::new(),
+            read: 0,
+            vertices: 0,
+            triangles: 0,
+            groups: Vec::new(),
+        }
     }
 
     fn push(&mut self, line: &[u8]) {
         match element(line) {
             Element::Vertex(arguments) => {
                 self.chunk.push(b'v');
+                self.vertices += 1;
                 // Six values and more are a position and a colour.
                 let count = words(arguments).take(6).count();
                 for word in words(arguments).take(if count == 6 { 3 } else { count }) {
@@ -110,12 +127,18 @@ impl<'a> PositionsOnly<'a> {
             Element::Face(arguments) => {
                 self.chunk.push(b'f');
                 // tobj makes triangles of points and lines; it refuses a face without vertices.
-                if words(arguments).nth(2).is_some() {
+                let count = words(arguments).count();
+                if count > 2 {
+                    self.triangles += count - 2;
                     for word in words(arguments) {
                         self.chunk.push(b' ');
                         self.chunk.extend_from_slice(vertex_part(word));
                     }
                 }
+            }
+            Element::Group => {
+                self.groups.push(self.triangles);
+                return;
             }
             Element::Other => return,
         }
@@ -161,7 +184,7 @@ pub(super) fn find_fault(text: &[u8]) -> Option<(usize, String)> {
                 check_vertex(arguments)
             }
             Element::Face(arguments) => check_face(arguments, seen, vertex_count),
-            Element::Other => Ok(()),
+            Element::Group | Element::Other => Ok(()),
         };
         if let Err(message) = checked {
             return Some((number, message));
@@ -239,6 +262,15 @@ mod tests {
         let text = "\u{feff}v 0 0 0 1 0 0 # red\r\nvt 0 0\rvn 0 0 1\n  v 1 0\\\n 0\ng a\n\
             f 1/9/9 2//7 3\t-1/2\nl 1 2 3\nf 1 2\np 1\nvp 1 2\nv";
         assert_eq!(filtered(text), "v 0 0 0\nv 1 0 0\nf 1 2 3 -1\nf\nv\n");
+    }
+
+    #[test]
+    fn counts_vertices_triangles_and_groups() {
+        let text = "o a\nv 0 0 0\nv 0 0 0\nf 1 2 1 2 1\ng\ng b # c\nf 1 1 1\ngroup\nf 1 2\n";
+        let mut reader = PositionsOnly::new(text.as_bytes());
+        io::copy(&mut reader, &mut io::sink()).unwrap();
+        assert_eq!((reader.vertices, reader.triangles), (2, 4));
+        assert_eq!(reader.groups, [0, 3, 3]);
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub(super) struct SceneEntry {
     pub(super) size: Option<Numbers<2>>,
     pub(super) camera: Option<CameraEntry>,
     pub(super) ambient_occlusion: Option<AmbientOcclusionEntry>,
+    pub(super) animation: Option<AnimationEntry>,
     #[serde(default)]
     pub(super) geometry: Vec<GeometryEntry>,
     /// None if no word is said about lights, empty if there shall be none.
@@ -51,14 +52,33 @@ pub(super) struct AmbientOcclusionEntry {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+pub(super) struct AnimationEntry {
+    pub(super) frames: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct GeometryEntry {
     pub(super) file: Option<String>,
+    /// First and last number of a sequence.
+    pub(super) keys: Option<Numbers<2>>,
     pub(super) generator: Option<String>,
     pub(super) seed: Option<u64>,
     pub(super) translate: Option<Numbers<3>>,
     pub(super) rotate_degrees: Option<Numbers<3>>,
     pub(super) scale: Option<NumberOrThree>,
     pub(super) matrix: Option<Numbers<16>>,
+    pub(super) key: Option<Vec<KeyEntry>>,
+}
+
+/// A transform at a time.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct KeyEntry {
+    pub(super) time: f64,
+    pub(super) translate: Option<Numbers<3>>,
+    pub(super) rotate_degrees: Option<Numbers<3>>,
+    pub(super) scale: Option<NumberOrThree>,
 }
 
 /// Every key that any type of light has; [`LIGHT_TYPES`] says which go together.

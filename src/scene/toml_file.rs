@@ -16,12 +16,24 @@
 //! [ambient_occlusion]
 //! radius = 2.5                         # default: the generator's, or a tenth of the diagonal
 //!
+//! [animation]                          # of what moves below
+//! frames = 20                          # default: as many as the longest sequence has keys, else the
+//!                                      # generator's, else 20
+//!
 //! [[geometry]]                         # at least one
 //! file = "hall.obj.zst"                # or: generator = "atrium", and perhaps seed = 0
+//! # file = "crowd_%02d.obj.zst"        # or: a sequence of key frames, from crowd_00 to crowd_09
+//! # keys = [0, 9]
 //! scale = 1                            # or [x, y, z]; first
 //! rotate_degrees = [0, 0, 0]           # about x, then y, then z; second
 //! translate = [0, 0, 0]                # last
 //! # matrix = [ ... ]                   # instead: 16 numbers row by row, last row 0, 0, 0, 1
+//!
+//! [[geometry.key]]                     # none, or at least two: a transform before that of the entry
+//! time = 0                             # from 0 at the first frame to 1 at the last, increasing
+//! scale = 1                            # these as above, each number going straight to the next key's
+//! rotate_degrees = [0, 0, 0]
+//! translate = [0, 0, 0]
 //!
 //! [[light]]                            # none at all: the generator's, or a quad; `light = []`: dark
 //! type = "quad"                        # corner, edge_u, edge_v, radiance
@@ -36,16 +48,20 @@
 //! its `mesh_folders`, in this order.
 
 use super::formats::{self, Format, Reader};
-use super::generate::{self, GENERATORS, Generated};
+use super::generate::Generated;
 use super::load::stem;
 use super::mesh_builder::{MeshBuilder, MeshPart};
-use super::toml_entries::{GeometryEntry, LightEntry, SceneEntry};
+use super::motion_builder::{LocalMotion, MotionBuilder};
+use super::toml_entries::{LightEntry, SceneEntry};
+use super::toml_placement::{Source, placement, source, transform_keys};
 use super::toml_spans::{key_at, line_at, line_of};
-use super::{Camera, Defaults, InvalidValue, Light, Scene, check, suggest, transform};
+use super::{
+    Camera, Defaults, InvalidValue, Light, Object, Scene, check, sequence, suggest, transform,
+};
 use crate::error::one_line;
 use crate::geometry::Aabb;
 use crate::{Error, Result};
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 use std::env;
 use std::path::{Path, PathBuf};
 
@@ -76,6 +92,9 @@ fn mesh_folders(path: &Path, listed: &[String], named: Option<PathBuf>) -> Vec<P
 
 /// The environment variable that names a folder of meshes.
 const SATO_SCENES: &str = "SATO_SCENES";
+
+/// Most frames of a scene.
+const MAX_FRAMES: usize = 100_000;
 
 /// The folder that it names, if any.
 fn named_folder() -> Option<PathBuf> {
@@ -120,30 +139,53 @@ impl SceneFile<'_> {
             checked.map_err(|f| self.fault(f.within(&format!("light[{i}]"))))
         })?;
 
+        let frames = self.frames().map_err(|f| self.fault(f))?;
+
         let mut builder = MeshBuilder::default();
+        let mut motion = MotionBuilder::default();
         let mut warnings = Vec::new();
         let mut suggested = None;
         for (i, geometry) in self.entry.geometry.iter().enumerate() {
             let table = format!("geometry[{i}]");
             let placed = placement(geometry).map_err(|f| self.fault(f.within(&table)))?;
-            let part = match source(geometry).map_err(|f| self.fault(f.within(&table)))? {
-                Source::File(file) => {
-                    let mesh = formats::read_mesh(&self.find_mesh(file, &table)?)?;
-                    warnings.extend(mesh.warnings);
-                    mesh.part
-                }
-                Source::Made(made) => {
-                    let part = MeshPart {
-                        vertices: made.mesh.vertices().to_vec(),
-                        triangles: made.mesh.triangles().to_vec(),
-                    };
-                    suggested.get_or_insert_with(|| Suggested::of(&made, &placed));
-                    part
-                }
-            };
-            builder
-                .append(part, &placed)
+            let keys = transform_keys(geometry).map_err(|f| self.fault(f.within(&table)))?;
+            let (part, objects, local) =
+                match source(geometry).map_err(|f| self.fault(f.within(&table)))? {
+                    Source::File(file) => {
+                        let mesh = formats::read_mesh(&self.find_mesh(file, &table)?)?;
+                        warnings.extend(mesh.warnings);
+                        (mesh.part, mesh.objects, LocalMotion::Still)
+                    }
+                    Source::Sequence(names) => {
+                        let paths: Result<Vec<_>> =
+                            names.iter().map(|name| self.find_mesh(name, &table)).collect();
+                        let (mesh, keys) = sequence::read(&paths?)?;
+                        (mesh.part, mesh.objects, LocalMotion::Keys(keys))
+                    }
+                    Source::Made(mut made) => {
+                        suggested.get_or_insert_with(|| Suggested::of(&made, &placed));
+                        let part = MeshPart {
+                            vertices: made.mesh.vertices().to_vec(),
+                            triangles: made.mesh.triangles().to_vec(),
+                        };
+                        let whole = Object {
+                            vertices: 0..part.vertices.len(),
+                            triangles: 0..part.triangles.len(),
+                            moves: false,
+                        };
+                        let local = made.motion.take().map_or(LocalMotion::Still, LocalMotion::Own);
+                        (part, vec![whole], local)
+                    }
+                };
+            motion
+                .append(&part, objects, local, keys, placed)
+                .and_then(|first| builder.append(part, &first))
                 .map_err(|message| self.fault(InvalidValue::new(&table, message)))?;
+        }
+        let motion = motion.finish(frames);
+        if motion.is_none() && frames.is_some() {
+            let fault = InvalidValue::new("frames", "is given, but nothing in the scene moves");
+            return Err(self.fault(fault.within("animation")));
         }
         let mesh = builder.finish();
         let bounds = mesh.bounds();
@@ -158,7 +200,7 @@ impl SceneFile<'_> {
                 None => suggested.lights,
             },
             defaults: Defaults { ao_radius: radius.unwrap_or(suggested.ao_radius), size },
-            motion: None,
+            motion: motion.map(Into::into),
             warnings,
         };
         scene.check().map_err(|f| self.fault(f))?;
@@ -178,6 +220,16 @@ impl SceneFile<'_> {
             return Err(InvalidValue::new("size", message));
         }
         Ok(size.0.map(|n| n as u32))
+    }
+
+    fn frames(&self) -> std::result::Result<Option<usize>, InvalidValue> {
+        let Some(animation) = &self.entry.animation else { return Ok(None) };
+        let frames = animation.frames;
+        if frames.fract() == 0.0 && (1.0..=MAX_FRAMES as f64).contains(&frames) {
+            return Ok(Some(frames as usize));
+        }
+        let message = format!("must be a whole number from 1 to {MAX_FRAMES}, not {frames}");
+        Err(InvalidValue::new("animation.frames", message))
     }
 
     fn lights(&self, entries: &[LightEntry], bounds: &Aabb) -> Result<Vec<Light>> {
@@ -224,60 +276,6 @@ impl SceneFile<'_> {
         let line = line_of(self.text, &fault.key);
         Error::Input { path: self.path.to_path_buf(), line, message: one_line(&fault.to_string()) }
     }
-}
-
-/// Where a geometry entry's triangles come from.
-enum Source<'a> {
-    File(&'a str),
-    Made(Box<Generated>),
-}
-
-fn source(entry: &GeometryEntry) -> std::result::Result<Source<'_>, InvalidValue> {
-    match (&entry.file, &entry.generator) {
-        (Some(_), None) if entry.seed.is_some() => {
-            Err(InvalidValue::new("seed", "goes with a generator, not with a file"))
-        }
-        (Some(file), None) if file.is_empty() => Err(InvalidValue::new("file", "is empty")),
-        (Some(file), None) => Ok(Source::File(file)),
-        (None, Some(name)) => {
-            let generator = generate::find(name).ok_or_else(|| {
-                let names: Vec<_> = GENERATORS.iter().map(|entry| entry.name).collect();
-                let message = format!("{name:?} is none of {}", names.join(", "));
-                InvalidValue::new("generator", message)
-            })?;
-            Ok(Source::Made(Box::new((generator.generate)(entry.seed.unwrap_or(0)))))
-        }
-        (None, None) => {
-            Err(InvalidValue::new("file", "is missing: a file or a generator is needed"))
-        }
-        (Some(_), Some(_)) => {
-            Err(InvalidValue::new("generator", "cannot stand beside a file: use two entries"))
-        }
-    }
-}
-
-fn placement(entry: &GeometryEntry) -> std::result::Result<DAffine3, InvalidValue> {
-    let (translate, rotate) = (entry.translate, entry.rotate_degrees);
-    if let Some(matrix) = &entry.matrix {
-        if translate.is_some() || rotate.is_some() || entry.scale.is_some() {
-            let message = "cannot stand beside translate, rotate_degrees or scale";
-            return Err(InvalidValue::new("matrix", message));
-        }
-        let transform = transform::from_rows(&matrix.0)?;
-        transform::check(&transform, "matrix")?;
-        return Ok(transform);
-    }
-    let translate = translate.map_or(DVec3::ZERO, |t| t.dvec3());
-    let rotate = rotate.map_or(DVec3::ZERO, |r| r.dvec3());
-    let scale = entry.scale.map_or(DVec3::ONE, |s| s.0);
-    for (key, value) in [("translate", translate), ("rotate_degrees", rotate), ("scale", scale)] {
-        if !value.is_finite() {
-            return Err(InvalidValue::new(key, "must be finite"));
-        }
-    }
-    let transform = transform::from_parts(translate, rotate, scale);
-    transform::check(&transform, "scale")?;
-    Ok(transform)
 }
 
 /// What stands in for what the file does not say.

@@ -95,7 +95,8 @@ pub(super) fn light(light: &Light, transform: &DAffine3) -> Light {
     Light { name: light.name.clone(), shape, strength }
 }
 
-fn point(transform: &DAffine3, p: Vec3) -> Vec3 {
+/// `p` moved, rounded to `f32` once.
+pub(super) fn point(transform: &DAffine3, p: Vec3) -> Vec3 {
     transform.transform_point3(p.as_dvec3()).as_vec3()
 }
 

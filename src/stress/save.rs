@@ -55,6 +55,7 @@ impl Saved {
             (spec.clone(), set)
         };
         let file = RayFile {
+            frame: None,
             scene: folder.join(&mesh).to_string_lossy().into_owned(),
             about: format!("first wrong rays of: {}", crate::report::command_line().join(" ")),
             classes: self.rays.iter().map(class).collect(),

@@ -46,12 +46,18 @@ impl Node8 {
         };
         for (slot, (child, bounds)) in children.iter().enumerate() {
             node.children[slot] = *child;
-            for (axis, planes) in node.planes.iter_mut().enumerate() {
-                planes[0][slot] = bounds.min[axis];
-                planes[1][slot] = bounds.max[axis];
-            }
+            node.set_bounds(slot, bounds);
         }
         node
+    }
+
+    /// Sets the box of the child in `slot`.
+    #[inline(always)]
+    pub fn set_bounds(&mut self, slot: usize, bounds: &Aabb) {
+        for (axis, planes) in self.planes.iter_mut().enumerate() {
+            planes[0][slot] = bounds.min[axis];
+            planes[1][slot] = bounds.max[axis];
+        }
     }
 
     /// The box of the child in `slot`.

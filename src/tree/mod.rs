@@ -14,6 +14,12 @@ pub(crate) use bvh8::{LEAF_ROWS, write_leaf};
 pub use kd::{KD_INTERSECTION_COST, KD_MAX_DEPTH, KD_MAX_NODES, KD_TRAVERSAL_COST, KdNode, KdTree};
 pub use notes::SplitNotes;
 
+use crate::geometry::{Aabb, TriangleMesh};
+
+/// The score of a child by what is known when its parent is split, its box and its triangles: those
+/// with larger scores come first.
+pub type ScoreAtSplit = fn(&TriangleMesh, &Aabb, &mut dyn ExactSizeIterator<Item = u32>) -> f64;
+
 /// How an any-hit kernel chooses between two children that the ray meets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Plan {

@@ -26,6 +26,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: corrected, pass: opaque }),
     plan_kd: Some(kd::rtsah),
     scores: None,
+    at_split: None,
 };
 
 pub(super) static PAPER: OrderEntry = OrderEntry {
@@ -35,6 +36,7 @@ pub(super) static PAPER: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: published, pass: opaque }),
     plan_kd: None,
     scores: None,
+    at_split: None,
 };
 
 pub(super) static LEAF: OrderEntry = OrderEntry {
@@ -44,6 +46,7 @@ pub(super) static LEAF: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: corrected, pass: between }),
     plan_kd: None,
     scores: None,
+    at_split: None,
 };
 
 pub(super) static APPROXIMATE: OrderEntry = OrderEntry {
@@ -53,6 +56,7 @@ pub(super) static APPROXIMATE: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: filled, cost: corrected, pass: opaque }),
     plan_kd: None,
     scores: None,
+    at_split: None,
 };
 
 pub(super) static CLAMPED: OrderEntry = OrderEntry {
@@ -62,6 +66,7 @@ pub(super) static CLAMPED: OrderEntry = OrderEntry {
     plan_bvh2: |tree, _| plan(tree, &Rtsah { both: filled_or_0, cost: corrected, pass: opaque }),
     plan_kd: None,
     scores: None,
+    at_split: None,
 };
 
 fn plan(tree: &Bvh2, model: &impl BottomUp) -> Plan {

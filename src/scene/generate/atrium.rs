@@ -12,6 +12,7 @@ use crate::scene::LightShape;
 pub(super) static ENTRY: GeneratorEntry = GeneratorEntry {
     name: "atrium",
     about: "66k triangles: two-storey colonnaded court with drapes, open to the sun (Sponza's kind)",
+    triangles: TRIANGLES,
     generate,
 };
 
@@ -52,6 +53,7 @@ fn generate(seed: u64) -> Generated {
             light("sky", down_quad(v(0.0, ROOF + 2.5, 0.0), 26.0, 12.0), 4.0, v(0.7, 0.85, 1.0)),
         ],
         ao_radius: 1.5,
+        motion: None,
     }
 }
 

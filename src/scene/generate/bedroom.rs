@@ -12,6 +12,7 @@ use crate::scene::LightShape;
 pub(super) static ENTRY: GeneratorEntry = GeneratorEntry {
     name: "bedroom",
     about: "361k triangles: closed room, bed, curtains, books and a rug of single fibres",
+    triangles: TRIANGLES,
     generate,
 };
 
@@ -60,6 +61,7 @@ fn generate(seed: u64) -> Generated {
             ),
         ],
         ao_radius: 0.6,
+        motion: None,
     }
 }
 

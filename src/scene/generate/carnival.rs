@@ -13,6 +13,7 @@ use crate::scene::LightShape;
 pub(super) static ENTRY: GeneratorEntry = GeneratorEntry {
     name: "carnival",
     about: "446k triangles: fairground with tents, wheel, carousel, stalls, bulbs and a crowd",
+    triangles: TRIANGLES,
     generate,
 };
 
@@ -61,6 +62,7 @@ fn generate(seed: u64) -> Generated {
             ),
         ],
         ao_radius: 1.5,
+        motion: None,
     }
 }
 

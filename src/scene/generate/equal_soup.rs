@@ -8,6 +8,7 @@ use crate::scene::LightShape;
 pub(super) static ENTRY: GeneratorEntry = GeneratorEntry {
     name: "equal-soup",
     about: "200k equal triangles in random attitudes: the control in which no order can help",
+    triangles: TRIANGLES,
     generate,
 };
 
@@ -43,5 +44,6 @@ fn generate(seed: u64) -> Generated {
             light("lamp", LightShape::Point { position: glam::vec3(6.0, 2.5, 1.5) }, 120.0, V::ONE),
         ],
         ao_radius: 0.4,
+        motion: None,
     }
 }

@@ -14,6 +14,7 @@ use crate::scene::LightShape;
 pub(super) static ENTRY: GeneratorEntry = GeneratorEntry {
     name: "mad-science",
     about: "80k triangles: closed laboratory with flasks, coils, pipes, machines and a patient",
+    triangles: TRIANGLES,
     generate,
 };
 
@@ -59,6 +60,7 @@ fn generate(seed: u64) -> Generated {
             ),
         ],
         ao_radius: 0.5,
+        motion: None,
     }
 }
 

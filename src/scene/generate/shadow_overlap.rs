@@ -11,6 +11,7 @@ use crate::scene::LightShape;
 pub(super) static ENTRY: GeneratorEntry = GeneratorEntry {
     name: "shadow-overlap",
     about: "2M triangles: ornaments hung from a pergola, their shadows overlapping on one floor",
+    triangles: TRIANGLES,
     generate,
 };
 
@@ -57,6 +58,7 @@ fn generate(seed: u64) -> Generated {
             ),
         ],
         ao_radius: 0.8,
+        motion: None,
     }
 }
 

@@ -10,6 +10,7 @@ use crate::scene::LightShape;
 pub(super) static ENTRY: GeneratorEntry = GeneratorEntry {
     name: "ship",
     about: "4k triangles: three-master at a quay under the sun, sails and rigging over a flat sea",
+    triangles: 4_000,
     generate,
 };
 
@@ -50,6 +51,7 @@ fn generate(seed: u64) -> Generated {
             ),
         ],
         ao_radius: 3.0,
+        motion: None,
     }
 }
 

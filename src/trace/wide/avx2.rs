@@ -42,6 +42,11 @@ impl Vector for Avx2 {
     type Mask = __m256;
 
     #[inline(always)]
+    fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        // SAFETY: `self` shows that the processor has the features.
+        unsafe { enabled(work) }
+    }
+    #[inline(always)]
     fn splat(self, value: f32) -> __m256 {
         avx2!(_mm256_set1_ps(value))
     }
@@ -108,11 +113,6 @@ impl Vector for Avx2 {
 }
 
 impl Simd for Avx2 {
-    #[inline(always)]
-    fn run<R>(self, work: impl FnOnce() -> R) -> R {
-        // SAFETY: `self` shows that the processor has the features.
-        unsafe { enabled(work) }
-    }
     #[inline(always)]
     fn load(self, from: &[f32; LANES]) -> __m256 {
         // SAFETY: as in `avx2!`; the eight numbers behind the reference may be read.

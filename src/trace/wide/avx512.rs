@@ -20,13 +20,6 @@ impl Avx512 {
             && is_x86_feature_detected!("avx512vl");
         Avx2::detect().filter(|_| all).map(|avx2| (avx2, Self(())))
     }
-
-    /// Does `work` with these instructions enabled; what is inlined into it is compiled for them.
-    #[inline(always)]
-    pub(super) fn run<R>(self, work: impl FnOnce() -> R) -> R {
-        // SAFETY: `self` shows that the processor has the features.
-        unsafe { enabled(work) }
-    }
 }
 
 /// # Safety
@@ -48,6 +41,11 @@ impl Vector for Avx512 {
     type Floats = __m512;
     type Mask = __mmask16;
 
+    #[inline(always)]
+    fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        // SAFETY: `self` shows that the processor has the features.
+        unsafe { enabled(work) }
+    }
     #[inline(always)]
     fn splat(self, value: f32) -> __m512 {
         avx512!(_mm512_set1_ps(value))

@@ -1,5 +1,6 @@
 //! The closest hit of one ray, front to back.
 
+use super::Structure;
 use super::leaf::{EDGE_SLACK_FAST, END_SLACK, Lines, SLOPE_SLACK, UNDERFLOW, facets_of, test};
 use super::rays::{extent_from, is_plain};
 use super::simd::{LANES, Simd};
@@ -82,18 +83,64 @@ fn line<S: Simd>(s: S, ray: &Ray, bounds: &Aabb) -> Lines<S> {
 #[inline(always)]
 pub(super) fn closest_hit<S: Simd>(
     s: S,
-    tree: &Bvh8,
+    structure: Structure<'_>,
     mesh: &TriangleMesh,
     ray: &Ray,
 ) -> Option<Hit> {
-    let root = tree.root?;
-    let prepared = PreparedRay::new(ray, &tree.bounds)?;
+    let top = structure.top();
+    let prepared = PreparedRay::new(ray, &top.bounds)?;
+    let entered = prepared.enter(&top.bounds)?;
     let slabs = Slabs::new(s, &prepared);
-    let line = line(s, ray, &tree.bounds);
-    let mut stack = [(ChildRef::UNUSED, 0.0f32); MAX_WIDE_DEPTH * (WIDTH - 1) + 1];
-    stack[0] = (root, prepared.enter(&tree.bounds)?);
-    let mut pending = 1;
+    let line = line(s, ray, &top.bounds);
     let mut best: Option<(f32, u32)> = None;
+    let in_leaf = |tree: &Bvh8, leaf: ChildRef, best: &mut Option<(f32, u32)>| {
+        let ids = &tree.triangle_ids[leaf.leaf_slots()];
+        let misses = test(s, &facets_of(s, tree, leaf), &line).misses;
+        let mut candidates = !misses & ((1 << ids.len()) - 1);
+        while candidates != 0 {
+            let id = ids[candidates.trailing_zeros() as usize];
+            candidates &= candidates - 1;
+            if let Some(t) = prepared.triangle(&mesh.triangle(id as usize)) {
+                let candidate = (t, id);
+                if best.is_none_or(|best| candidate < best) {
+                    *best = Some(candidate);
+                }
+            }
+        }
+    };
+    match structure {
+        Structure::Tree(tree) => {
+            descend(s, tree, &slabs, entered, &mut best, |leaf, _, best| in_leaf(tree, leaf, best));
+        }
+        Structure::TwoLevel(levels) => {
+            descend(s, top, &slabs, entered, &mut best, |leaf, entered, best| {
+                for slot in leaf.leaf_slots() {
+                    let part = levels.part(top.triangle_ids[slot] as usize);
+                    descend(s, part, &slabs, entered, best, |leaf, _, best| {
+                        in_leaf(part, leaf, best);
+                    });
+                }
+            });
+        }
+    }
+    best.map(|(t, triangle)| prepared.hit(t, triangle))
+}
+
+/// Takes the ray through a tree whose box it enters at `entered`; `in_leaf` is given leaves, where
+/// their boxes are entered, and the closest hit so far.
+#[inline(always)]
+fn descend<S: Simd>(
+    s: S,
+    tree: &Bvh8,
+    slabs: &Slabs<S>,
+    entered: f32,
+    best: &mut Option<(f32, u32)>,
+    mut in_leaf: impl FnMut(ChildRef, f32, &mut Option<(f32, u32)>),
+) {
+    let Some(root) = tree.root else { return };
+    let mut stack = [(ChildRef::UNUSED, 0.0f32); MAX_WIDE_DEPTH * (WIDTH - 1) + 1];
+    stack[0] = (root, entered);
+    let mut pending = 1;
     while pending > 0 {
         pending -= 1;
         let (child, entered) = stack[pending];
@@ -103,19 +150,7 @@ pub(super) fn closest_hit<S: Simd>(
             continue;
         }
         if child.is_leaf() {
-            let ids = &tree.triangle_ids[child.leaf_slots()];
-            let misses = test(s, &facets_of(s, tree, child), &line).misses;
-            let mut candidates = !misses & ((1 << ids.len()) - 1);
-            while candidates != 0 {
-                let id = ids[candidates.trailing_zeros() as usize];
-                candidates &= candidates - 1;
-                if let Some(t) = prepared.triangle(&mesh.triangle(id as usize)) {
-                    let candidate = (t, id);
-                    if best.is_none_or(|best| candidate < best) {
-                        best = Some(candidate);
-                    }
-                }
-            }
+            in_leaf(child, entered, best);
             continue;
         }
         let node = &tree.nodes[child.node_index()];
@@ -128,7 +163,6 @@ pub(super) fn closest_hit<S: Simd>(
             pending += 1;
         }
     }
-    best.map(|(t, triangle)| prepared.hit(t, triangle))
 }
 
 /// Puts an element into `stack[from..to]`, which is sorted so that the nearest comes last.

@@ -27,6 +27,7 @@ use super::one_ray::OneRay;
 use super::rays::{Rays, Row, STREAM};
 use super::simd::{LANES, Simd, Wide};
 use super::stream::{ACTIVE_IN_LEAF, ACTIVE_IN_NODE, prefetch};
+use super::{Structure, TwoLevel};
 use crate::intersect::{HIT_LANES, HitLanes, PreparedRay};
 use crate::ray::Hit;
 use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
@@ -95,45 +96,183 @@ impl Memory {
 pub(super) fn closest_hits<S: Simd, W: Wide>(
     s: S,
     w: W,
-    tree: &Bvh8,
+    structure: Structure<'_>,
     rays: &mut Rays<'_>,
     memory: &mut Memory,
     mut found: impl FnMut(usize, Hit),
 ) {
-    let Some(root) = tree.root else { return };
     memory.best = [Best::NONE; STREAM];
     memory.misled = 0;
-    let mut stream = Stream { tree, rays, memory };
-    stream.descend(s, w, root);
+    memory.pending.clear();
+    memory.path.clear();
+    let all = rays.valid;
+    let mut stream = Stream { structure, rays, memory };
+    match structure {
+        Structure::Tree(tree) => stream.descend(s, w, &InLeaf(tree), all, 0),
+        Structure::TwoLevel(levels) => stream.descend(s, w, &InPart(levels), all, 0),
+    }
     stream.confirm(s, &mut found);
 }
 
+/// A tree, and what is done in its leaves.
+trait Leaves {
+    fn tree(&self) -> &Bvh8;
+
+    /// What rays meet in a leaf at this depth.
+    fn visit<S: Simd, W: Wide>(
+        &self,
+        s: S,
+        w: W,
+        stream: &mut Stream<'_, '_>,
+        leaf: ChildRef,
+        here: u64,
+        level: u16,
+    );
+
+    /// What one ray meets in a leaf.
+    fn visit_alone<S: Simd, W: Wide>(
+        &self,
+        s: S,
+        w: W,
+        stream: &mut Stream<'_, '_>,
+        leaf: ChildRef,
+        index: usize,
+    );
+}
+
+/// Triangles are in the leaves.
+struct InLeaf<'a>(&'a Bvh8);
+
+impl Leaves for InLeaf<'_> {
+    #[inline(always)]
+    fn tree(&self) -> &Bvh8 {
+        self.0
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd, W: Wide>(
+        &self,
+        s: S,
+        w: W,
+        stream: &mut Stream<'_, '_>,
+        leaf: ChildRef,
+        here: u64,
+        _: u16,
+    ) {
+        stream.leaf(s, w, self.0, leaf, here);
+    }
+
+    #[inline(always)]
+    fn visit_alone<S: Simd, W: Wide>(
+        &self,
+        s: S,
+        _: W,
+        stream: &mut Stream<'_, '_>,
+        leaf: ChildRef,
+        index: usize,
+    ) {
+        stream.leaf_of_ray(s, self.0, leaf, index);
+    }
+}
+
+/// Trees are in the leaves.
+struct InPart<'a>(&'a dyn TwoLevel);
+
+impl Leaves for InPart<'_> {
+    #[inline(always)]
+    fn tree(&self) -> &Bvh8 {
+        self.0.top()
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd, W: Wide>(
+        &self,
+        s: S,
+        w: W,
+        stream: &mut Stream<'_, '_>,
+        leaf: ChildRef,
+        here: u64,
+        level: u16,
+    ) {
+        for slot in leaf.leaf_slots() {
+            let part = self.0.part(self.0.top().triangle_ids[slot] as usize);
+            stream.visit_part(s, w, part, here, level);
+        }
+    }
+
+    #[inline(always)]
+    fn visit_alone<S: Simd, W: Wide>(
+        &self,
+        s: S,
+        w: W,
+        stream: &mut Stream<'_, '_>,
+        leaf: ChildRef,
+        index: usize,
+    ) {
+        for slot in leaf.leaf_slots() {
+            let part = self.0.part(self.0.top().triangle_ids[slot] as usize);
+            stream.visit_part_alone(s, w, part, index);
+        }
+    }
+}
+
 struct Stream<'a, 'b> {
-    tree: &'a Bvh8,
+    structure: Structure<'a>,
     rays: &'a mut Rays<'b>,
     memory: &'a mut Memory,
 }
 
 impl Stream<'_, '_> {
+    /// Takes rays through a tree whose root is at this depth.
     #[inline(always)]
-    fn descend<S: Simd, W: Wide>(&mut self, s: S, w: W, root: ChildRef) {
-        let (mut current, mut here, mut level) = (root, self.rays.valid, 0u16);
-        self.memory.pending.clear();
+    fn descend<L: Leaves, S: Simd, W: Wide>(
+        &mut self,
+        s: S,
+        w: W,
+        leaves: &L,
+        rays: u64,
+        level: u16,
+    ) {
+        let Some(root) = leaves.tree().root else { return };
+        let base = self.memory.pending.len();
+        let (mut current, mut here, mut level) = (root, rays, level);
         loop {
             if here & here.wrapping_sub(1) == 0 {
                 if here != 0 {
-                    self.one_ray::<S, W>(s, here.trailing_zeros() as usize, current);
+                    self.one_ray(s, w, leaves, here.trailing_zeros() as usize, current);
                 }
             } else if current.is_leaf() {
-                self.leaf(s, w, current, here);
+                leaves.visit(s, w, self, current, here, level);
             } else {
-                self.node(s, w, current, here, level);
+                self.node(s, w, leaves.tree(), current, here, level);
+            }
+            if self.memory.pending.len() == base {
+                return;
             }
             let Some(next) = self.memory.pending.pop() else { return };
             current = next.child;
             level = next.level;
             here = self.not_beyond(w, &next);
         }
+    }
+
+    /// Takes rays through the tree of a part, in a function of its own.
+    #[inline(never)]
+    fn visit_part<S: Simd, W: Wide>(&mut self, s: S, w: W, part: &Bvh8, rays: u64, level: u16) {
+        w.run(
+            #[inline(always)]
+            || self.descend(s, w, &InLeaf(part), rays, level),
+        );
+    }
+
+    /// Takes one ray through the tree of a part, likewise.
+    #[inline(never)]
+    fn visit_part_alone<S: Simd, W: Wide>(&mut self, s: S, w: W, part: &Bvh8, index: usize) {
+        let Some(root) = part.root else { return };
+        w.run(
+            #[inline(always)]
+            || self.one_ray(s, w, &InLeaf(part), index, root),
+        );
     }
 
     /// The rays that still have to visit a subtree.
@@ -153,8 +292,16 @@ impl Stream<'_, '_> {
     }
 
     #[inline(always)]
-    fn node<S: Simd, W: Wide>(&mut self, s: S, w: W, node: ChildRef, here: u64, level: u16) {
-        let node = &self.tree.nodes[node.node_index()];
+    fn node<S: Simd, W: Wide>(
+        &mut self,
+        s: S,
+        w: W,
+        tree: &Bvh8,
+        node: ChildRef,
+        here: u64,
+        level: u16,
+    ) {
+        let node = &tree.nodes[node.node_index()];
         let Memory { pending, entries, .. } = &mut *self.memory;
         if entries.len() <= usize::from(level) {
             entries.push([Row::ZERO; WIDTH]);
@@ -172,8 +319,8 @@ impl Stream<'_, '_> {
             let rays = met[slot];
             let entry = entries[slot].0[rays.trailing_zeros() as usize % STREAM];
             let child = node.children[slot];
-            if self.tree.is_large() {
-                prefetch(s, self.tree, child);
+            if tree.is_large() {
+                prefetch(s, tree, child);
             }
             let new = Pending { child, level: level + 1, slot: slot as u16, rays, entry };
             // The nearest comes last.
@@ -188,13 +335,13 @@ impl Stream<'_, '_> {
     }
 
     #[inline(always)]
-    fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, leaf: ChildRef, mut here: u64) {
+    fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, tree: &Bvh8, leaf: ChildRef, mut here: u64) {
         let triangles = leaf.leaf_slots().len() as u32;
         if here.count_ones() > groups::<W>(here) * triangles * ACTIVE_IN_LEAF {
             for group in 0..STREAM / W::GROUP {
                 let here = of_group::<W>(here, group);
                 if here != 0 {
-                    self.leaf_of_group(w, leaf, group, here);
+                    self.leaf_of_group(w, tree, leaf, group, here);
                 }
             }
             return;
@@ -202,16 +349,23 @@ impl Stream<'_, '_> {
         while here != 0 {
             let index = here.trailing_zeros() as usize;
             here &= here - 1;
-            self.leaf_of_ray(s, leaf, index);
+            self.leaf_of_ray(s, tree, leaf, index);
         }
     }
 
     #[inline(always)]
-    fn leaf_of_group<W: Wide>(&mut self, w: W, leaf: ChildRef, group: usize, here: u64) {
+    fn leaf_of_group<W: Wide>(
+        &mut self,
+        w: W,
+        tree: &Bvh8,
+        leaf: ChildRef,
+        group: usize,
+        here: u64,
+    ) {
         let slots = leaf.leaf_slots();
         for triangle in 0..slots.len() {
             let lines = lines_of(w, self.rays, group);
-            let crossings = crossings(w, &facet_of(w, self.tree, leaf, triangle), &lines);
+            let crossings = crossings(w, &facet_of(w, tree, leaf, triangle), &lines);
             let mut left = !crossings.certain.misses & here;
             if left == 0 {
                 continue;
@@ -221,7 +375,7 @@ impl Stream<'_, '_> {
             w.store(lowers, group, lower);
             w.store(uppers, group, upper);
             let certain = crossings.certain.hits & bounded;
-            let id = self.tree.triangle_ids[slots.start + triangle];
+            let id = tree.triangle_ids[slots.start + triangle];
             while left != 0 {
                 let lane = left.trailing_zeros();
                 left &= left - 1;
@@ -235,10 +389,10 @@ impl Stream<'_, '_> {
     }
 
     #[inline(always)]
-    fn leaf_of_ray<S: Simd>(&mut self, s: S, leaf: ChildRef, index: usize) {
+    fn leaf_of_ray<S: Simd>(&mut self, s: S, tree: &Bvh8, leaf: ChildRef, index: usize) {
         let lines = one_of(s, self.rays, index);
-        let crossings = crossings(s, &facets_of(s, self.tree, leaf), &lines);
-        let ids = &self.tree.triangle_ids[leaf.leaf_slots()];
+        let crossings = crossings(s, &facets_of(s, tree, leaf), &lines);
+        let ids = &tree.triangle_ids[leaf.leaf_slots()];
         let mut left = !crossings.certain.misses & ((1 << ids.len()) - 1);
         if left == 0 {
             return;
@@ -322,7 +476,7 @@ impl Stream<'_, '_> {
                 indices[lanes] = index;
                 lanes += 1;
             }
-            let distances = self.memory.lanes.distances(&self.tree.bounds);
+            let distances = self.memory.lanes.distances(&self.structure.top().bounds);
             for (&index, t) in indices[..lanes].iter().zip(distances) {
                 let Best { triangle, upper, .. } = self.memory.best[index];
                 if t <= upper {
@@ -349,7 +503,7 @@ impl Stream<'_, '_> {
         }
         s.run(
             #[inline(always)]
-            || closest::closest_hit(s, self.tree, self.rays.mesh(), self.rays.given(index)),
+            || closest::closest_hit(s, self.structure, self.rays.mesh(), self.rays.given(index)),
         )
     }
 
@@ -364,14 +518,21 @@ impl Stream<'_, '_> {
 
     /// Takes one ray through a subtree.
     #[inline(always)]
-    fn one_ray<S: Simd, W: Wide>(&mut self, s: S, index: usize, child: ChildRef) {
-        let tree = self.tree;
+    fn one_ray<L: Leaves, S: Simd, W: Wide>(
+        &mut self,
+        s: S,
+        w: W,
+        leaves: &L,
+        index: usize,
+        child: ChildRef,
+    ) {
+        let tree = leaves.tree();
+        let base = self.memory.path.len();
         let mut ray = OneRay::new(s, self.rays, index, self.rays.octants[index / W::GROUP]);
-        self.memory.path.clear();
         let mut current = child;
         loop {
             if current.is_leaf() {
-                self.leaf_of_ray(s, current, index);
+                leaves.visit_alone(s, w, self, current, index);
                 ray.shorten(s, self.rays.t_max.0[index]);
             } else {
                 let node = &tree.nodes[current.node_index()];
@@ -394,6 +555,9 @@ impl Stream<'_, '_> {
                 }
             }
             loop {
+                if self.memory.path.len() == base {
+                    return;
+                }
                 let Some((child, entered)) = self.memory.path.pop() else { return };
                 if entered <= self.rays.t_max.0[index] {
                     current = child;

@@ -5,6 +5,7 @@ use super::leaf::{Facets, Lines, test};
 use super::occluders::Occluders;
 use super::rays::{Rays, Row, STREAM, load_3};
 use super::simd::{LANES, Wide};
+use super::stream::{Trees, Triangles};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
 
@@ -118,13 +119,14 @@ pub(super) fn entries_by_group<W: Wide>(
 #[inline(always)]
 pub(super) fn leaf_by_group<W: Wide, C: PacketCounter>(
     w: W,
-    tree: &Bvh8,
+    trees: Triangles<'_>,
     leaf: ChildRef,
     rays: &Rays<'_>,
     active: u64,
     occluders: &mut Occluders,
     counter: &mut C,
 ) -> u64 {
+    let Triangles { tree, number } = trees;
     let mut all = 0;
     for group in 0..STREAM / W::GROUP {
         let mut here = of_group::<W>(active, group);
@@ -135,7 +137,7 @@ pub(super) fn leaf_by_group<W: Wide, C: PacketCounter>(
         let lines = lines_of(w, rays, group);
         for triangle in 0..leaf.leaf_slots().len() {
             let hits = stopped_by(w, tree, leaf, triangle, rays, &lines, group, here, counter);
-            occluders.note(rays.octants[group], leaf, triangle, hits);
+            occluders.note(rays.octants[group], (number, leaf), triangle, hits);
             here &= !hits;
             if here == 0 {
                 break;
@@ -208,9 +210,9 @@ fn stopped_by<W: Wide, C: PacketCounter>(
 
 /// Those of the active rays that a known occluder stops.
 #[inline(always)]
-pub(super) fn stopped_by_occluders<W: Wide, C: PacketCounter>(
+pub(super) fn stopped_by_occluders<T: Trees, W: Wide, C: PacketCounter>(
     w: W,
-    tree: &Bvh8,
+    trees: T,
     rays: &Rays<'_>,
     active: u64,
     occluders: &mut Occluders,
@@ -223,7 +225,8 @@ pub(super) fn stopped_by_occluders<W: Wide, C: PacketCounter>(
             rays.octants[group],
             here,
             #[inline(always)]
-            |leaf, triangle, here| {
+            |(number, leaf), triangle, here| {
+                let Some(tree) = trees.of_occluder(number) else { return 0 };
                 counter.triangle(here << (group * W::GROUP));
                 let lines = lines_of(w, rays, group);
                 stopped_by(w, tree, leaf, triangle, rays, &lines, group, here, counter)

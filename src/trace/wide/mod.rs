@@ -17,6 +17,7 @@ mod one_ray;
 mod rays;
 mod simd;
 mod stream;
+mod two_level;
 
 use super::NoCount;
 use super::packet::PacketCounter;
@@ -27,8 +28,11 @@ use crate::trace::shaft::Entry;
 use crate::tree::{Bvh8, Node8};
 use occluders::Occluders;
 use rays::{NOBODY, Numbers, Rays, STREAM, Target};
-use simd::{Portable, Simd, Wide};
-use stream::{Stack, Start};
+use simd::{Portable, Simd, Vector, Wide};
+use stream::{Stack, Start, Trees, Triangles};
+use two_level::Levels;
+
+pub use two_level::TwoLevel;
 
 /// The instructions that kernels run on: asked for once, not for each ray.
 #[derive(Clone, Copy, Debug)]
@@ -114,11 +118,30 @@ pub enum Way {
     Stream,
 }
 
+/// What rays go through.
+#[derive(Clone, Copy)]
+pub enum Structure<'a> {
+    /// One tree.
+    Tree(&'a Bvh8),
+    /// Trees in the leaves of a tree.
+    TwoLevel(&'a dyn TwoLevel),
+}
+
+impl<'a> Structure<'a> {
+    /// The tree in which rays start.
+    fn top(self) -> &'a Bvh8 {
+        match self {
+            Self::Tree(tree) => tree,
+            Self::TwoLevel(levels) => levels.top(),
+        }
+    }
+}
+
 /// What rays are asked of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Query<'a> {
-    /// The tree.
-    pub tree: &'a Bvh8,
+    /// The tree or trees.
+    pub structure: Structure<'a>,
     /// The mesh that it was built from.
     pub mesh: &'a TriangleMesh,
     /// How to go through it.
@@ -248,14 +271,34 @@ impl Batch<'_> {
 
     #[inline(always)]
     fn trace<S: Simd, W: Wide, T: Tally>(self, s: S, w: W, scratch: &mut Scratch, tally: &mut T) {
+        match self.query.structure {
+            Structure::Tree(tree) => {
+                self.trace_through(s, w, Triangles { tree, number: 0 }, scratch, tally);
+            }
+            Structure::TwoLevel(levels) => {
+                self.trace_through(s, w, Levels(levels), scratch, tally);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn trace_through<S: Simd, W: Wide, T: Tally>(
+        self,
+        s: S,
+        w: W,
+        trees: impl Trees,
+        scratch: &mut Scratch,
+        tally: &mut T,
+    ) {
         let Self { query, rays, occluded } = self;
-        let Query { tree, mesh, way, mode, entry } = *query;
+        let Query { mesh, way, mode, entry, .. } = *query;
+        let tree = trees.tree();
         let entry = entry.parts().map(|parts| Node8 {
             planes: parts.planes,
             children: parts.children,
             len: parts.len as u32,
         });
-        let start = Start { tree, entry: entry.as_ref() };
+        let start = Start { trees, entry: entry.as_ref() };
         let one_by_one = match way {
             Way::Automatic => rays.len() < LEAST_TOGETHER,
             Way::Single => true,
@@ -268,7 +311,7 @@ impl Batch<'_> {
         for places in places.chunks(STREAM) {
             let prepared = Rays::new(s, w, numbers, target, rays, places);
             let mut hits = if one_by_one {
-                stream::any_hit_one_by_one(s, w, start, &prepared, stack, tally)
+                stream::any_hit_one_by_one(s, w, start, &prepared, stack, occluders, tally)
             } else {
                 stream::any_hit(s, w, start, &prepared, stack, occluders, tally)
             };
@@ -324,21 +367,16 @@ fn places_by_octant<S: Simd, W: Wide>(
 /// The closest hit of `ray`; ties go to the lower triangle index.
 pub fn closest_hit(
     instructions: Instructions,
-    tree: &Bvh8,
+    structure: Structure<'_>,
     mesh: &TriangleMesh,
     ray: &Ray,
 ) -> Option<Hit> {
     match instructions.0 {
-        Set::Portable => closest::closest_hit(Portable, tree, mesh, ray),
+        Set::Portable => closest::closest_hit(Portable, structure, mesh, ray),
         #[cfg(target_arch = "x86_64")]
-        Set::Avx2(avx2) => avx2.run(
+        Set::Avx2(avx2) | Set::Avx512(avx2, _) => avx2.run(
             #[inline(always)]
-            || closest::closest_hit(avx2, tree, mesh, ray),
-        ),
-        #[cfg(target_arch = "x86_64")]
-        Set::Avx512(avx2, _) => avx2.run(
-            #[inline(always)]
-            || closest::closest_hit(avx2, tree, mesh, ray),
+            || closest::closest_hit(avx2, structure, mesh, ray),
         ),
     }
 }
@@ -346,7 +384,7 @@ pub fn closest_hit(
 /// For each of `rays` its [`closest_hit`], into the element of `hits` in its place.
 pub fn closest_hits(
     instructions: Instructions,
-    tree: &Bvh8,
+    structure: Structure<'_>,
     mesh: &TriangleMesh,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
@@ -354,7 +392,7 @@ pub fn closest_hits(
 ) {
     hits.fill(None);
     for (rays, hits) in rays.chunks(MOST_SORTED).zip(hits.chunks_mut(MOST_SORTED)) {
-        let batch = ClosestBatch { tree, mesh, rays, hits };
+        let batch = ClosestBatch { structure, mesh, rays, hits };
         match instructions.0 {
             Set::Portable => batch.trace(Portable, Portable, scratch),
             #[cfg(target_arch = "x86_64")]
@@ -373,7 +411,7 @@ pub fn closest_hits(
 
 /// Rays to find the closest hits of.
 struct ClosestBatch<'a> {
-    tree: &'a Bvh8,
+    structure: Structure<'a>,
     mesh: &'a TriangleMesh,
     rays: &'a [Ray],
     hits: &'a mut [Option<Hit>],
@@ -382,14 +420,14 @@ struct ClosestBatch<'a> {
 impl ClosestBatch<'_> {
     #[inline(always)]
     fn trace<S: Simd, W: Wide>(self, s: S, w: W, scratch: &mut Scratch) {
-        let Self { tree, mesh, rays, hits } = self;
+        let Self { structure, mesh, rays, hits } = self;
         let Scratch { numbers, places, lists, closest, .. } = scratch;
         // Distances are those of the plain test.
-        let target = Target { bounds: &tree.bounds, mesh, mode: Mode::Fast };
+        let target = Target { bounds: &structure.top().bounds, mesh, mode: Mode::Fast };
         places_by_octant::<S, W>(s, rays, places, lists);
         for places in places.chunks(STREAM) {
             let mut prepared = Rays::new(s, w, numbers, target, rays, places);
-            closest_stream::closest_hits(s, w, tree, &mut prepared, closest, |index, hit| {
+            closest_stream::closest_hits(s, w, structure, &mut prepared, closest, |index, hit| {
                 hits[usize::from(places[index])] = Some(hit);
             });
         }

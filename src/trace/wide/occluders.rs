@@ -17,16 +17,17 @@ const LEAST_SCORE: f32 = 0.02;
 /// Rays of one group that a triangle must stop at once to be remembered.
 const LEAST_HITS: u32 = 2;
 
-/// A triangle, by its place in the tree.
+/// A triangle, by its place in a tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Occluder {
-    pub(super) leaf: ChildRef,
-    pub(super) triangle: usize,
+    /// The number of the tree, and its leaf.
+    leaf: (u32, ChildRef),
+    triangle: usize,
     /// Share of the rays tested lately that it stopped; negative for an empty place.
     score: f32,
 }
 
-/// Those of one tree.
+/// Those of one tree, or of several that belong together.
 pub(super) struct Occluders {
     of_octants: [[Occluder; TRIED]; 8],
     /// Of which tree: see [`Bvh8::id`](crate::tree::Bvh8).
@@ -34,7 +35,7 @@ pub(super) struct Occluders {
 }
 
 impl Occluders {
-    const NONE: Occluder = Occluder { leaf: ChildRef::UNUSED, triangle: 0, score: -1.0 };
+    const NONE: Occluder = Occluder { leaf: (0, ChildRef::UNUSED), triangle: 0, score: -1.0 };
     pub(super) const EMPTY: Self = Self { of_octants: [[Self::NONE; TRIED]; 8], tree: 0 };
 
     /// Forgets those of another tree.
@@ -52,7 +53,7 @@ impl Occluders {
         &mut self,
         octant: u8,
         rays: u64,
-        mut stops: impl FnMut(ChildRef, usize, u64) -> u64,
+        mut stops: impl FnMut((u32, ChildRef), usize, u64) -> u64,
     ) -> u64 {
         let mut left = rays;
         for occluder in &mut self.of_octants[usize::from(octant & 7)] {
@@ -72,7 +73,7 @@ impl Occluders {
 
     /// A triangle stopped `hits` of a group of rays, which the occluders had let pass.
     #[inline(always)]
-    pub(super) fn note(&mut self, octant: u8, leaf: ChildRef, triangle: usize, hits: u64) {
+    pub(super) fn note(&mut self, octant: u8, leaf: (u32, ChildRef), triangle: usize, hits: u64) {
         let hits = hits.count_ones();
         if hits >= LEAST_HITS {
             self.remember(octant, Occluder { leaf, triangle, score: hits as f32 / 32.0 });

@@ -37,6 +37,8 @@ pub(super) trait Vector: Copy {
     fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// One bit for each lane, from the lowest on.
+    /// Does `work` with this instruction set enabled; what is inlined into it is compiled for it.
+    fn run<R>(self, work: impl FnOnce() -> R) -> R;
     fn bits(self, mask: Self::Mask) -> u64;
 
     #[inline(always)]
@@ -54,8 +56,6 @@ pub(super) trait Vector: Copy {
 
 /// Operations on eight numbers.
 pub(super) trait Simd: Vector {
-    /// Does `work` with this instruction set enabled; what is inlined into it is compiled for it.
-    fn run<R>(self, work: impl FnOnce() -> R) -> R;
     fn load(self, from: &[f32; LANES]) -> Self::Floats;
     fn store(self, to: &mut [f32; LANES], value: Self::Floats);
     /// The numbers of eight rays: origins, starts of intervals, directions, ends of intervals.
@@ -124,6 +124,10 @@ impl Vector for Portable {
     type Mask = u32;
 
     #[inline(always)]
+    fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        work()
+    }
+    #[inline(always)]
     fn splat(self, value: f32) -> Array {
         [value; LANES]
     }
@@ -190,10 +194,6 @@ impl Vector for Portable {
 }
 
 impl Simd for Portable {
-    #[inline(always)]
-    fn run<R>(self, work: impl FnOnce() -> R) -> R {
-        work()
-    }
     #[inline(always)]
     fn load(self, from: &Array) -> Array {
         *from

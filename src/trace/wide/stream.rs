@@ -18,25 +18,60 @@ struct Pending {
 
 /// What is still to visit: of each node on the way all children but the current one.
 pub(super) struct Stack {
-    pending: [Pending; MAX_WIDE_DEPTH * (WIDTH - 1) + 1],
+    pending: [Pending; Self::ROOM],
     len: usize,
+    /// Leaves to visit last, with the rays that meet them, and how many have been visited.
+    put_off: Vec<Pending>,
+    made_up: usize,
 }
 
 impl Stack {
+    /// For a tree, and another one in a leaf of it.
+    const ROOM: usize = 2 * (MAX_WIDE_DEPTH * (WIDTH - 1) + 1);
+
     pub(super) const EMPTY: Self = Self {
-        pending: [Pending { child: ChildRef::UNUSED, rays: 0 }; MAX_WIDE_DEPTH * (WIDTH - 1) + 1],
+        pending: [Pending { child: ChildRef::UNUSED, rays: 0 }; Self::ROOM],
         len: 0,
+        put_off: Vec::new(),
+        made_up: 0,
     };
 
+    fn begin(&mut self) {
+        self.len = 0;
+        self.put_off.clear();
+        self.made_up = 0;
+    }
+
+    /// How much is still to visit.
     #[inline(always)]
-    fn push(&mut self, child: ChildRef, rays: u64) {
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Has `rays` visit a leaf when all else is done.
+    pub(super) fn put_off(&mut self, leaf: ChildRef, rays: u64) {
+        self.put_off.push(Pending { child: leaf, rays });
+    }
+
+    /// The next leaf that was put off, and its rays.
+    pub(super) fn make_up(&mut self) -> Option<(ChildRef, u64)> {
+        let Pending { child, rays } = *self.put_off.get(self.made_up)?;
+        self.made_up += 1;
+        Some((child, rays))
+    }
+
+    #[inline(always)]
+    pub(super) fn push(&mut self, child: ChildRef, rays: u64) {
         self.pending[self.len] = Pending { child, rays };
         self.len += 1;
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<Pending> {
-        self.len = self.len.checked_sub(1)?;
+    fn pop_above(&mut self, base: usize) -> Option<Pending> {
+        if self.len <= base {
+            return None;
+        }
+        self.len -= 1;
         Some(self.pending[self.len])
     }
 }
@@ -61,56 +96,201 @@ pub(super) fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
     }
 }
 
-/// A tree, and the node to start at in place of its root.
+/// A tree whose nodes rays go through, and what is in its leaves.
+pub(super) trait Trees: Copy {
+    /// Whether leaves may be put off: see [`Stack::put_off`].
+    const PUTS_OFF: bool;
+
+    /// The tree that rays go through.
+    fn tree(&self) -> &Bvh8;
+
+    /// The tree that an occluder is a triangle of, by its number; `None` if that is not to be had
+    /// without work.
+    fn of_occluder(&self, number: u32) -> Option<&Bvh8>;
+
+    /// Those of the rays that something in a leaf stops.
+    #[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
+    fn stopped_in_leaf<S: Simd, W: Wide, C: PacketCounter>(
+        &self,
+        s: S,
+        w: W,
+        leaf: ChildRef,
+        rays: &Rays<'_>,
+        here: u64,
+        stack: &mut Stack,
+        occluders: &mut Occluders,
+        counter: &mut C,
+    ) -> u64;
+
+    /// Whether something in a leaf stops one ray.
+    #[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
+    fn stops_in_leaf<S: Simd, W: Wide, C: PacketCounter>(
+        &self,
+        s: S,
+        w: W,
+        leaf: ChildRef,
+        rays: &Rays<'_>,
+        index: usize,
+        stack: &mut Stack,
+        counter: &mut C,
+    ) -> bool;
+
+    /// Visits what was put off, for the rays that are still alive, and returns those that are stopped.
+    fn make_up<S: Simd, W: Wide, C: PacketCounter>(
+        &self,
+        s: S,
+        w: W,
+        rays: &Rays<'_>,
+        alive: u64,
+        stack: &mut Stack,
+        occluders: &mut Occluders,
+        counter: &mut C,
+    ) -> u64;
+}
+
+/// A tree with triangles in its leaves, and its number among several.
 #[derive(Clone, Copy)]
-pub(super) struct Start<'a> {
+pub(super) struct Triangles<'a> {
     pub(super) tree: &'a Bvh8,
+    pub(super) number: u32,
+}
+
+impl Trees for Triangles<'_> {
+    const PUTS_OFF: bool = false;
+
+    #[inline(always)]
+    fn tree(&self) -> &Bvh8 {
+        self.tree
+    }
+
+    #[inline(always)]
+    fn of_occluder(&self, _: u32) -> Option<&Bvh8> {
+        Some(self.tree)
+    }
+
+    #[inline(always)]
+    fn stopped_in_leaf<S: Simd, W: Wide, C: PacketCounter>(
+        &self,
+        s: S,
+        w: W,
+        leaf: ChildRef,
+        rays: &Rays<'_>,
+        here: u64,
+        _: &mut Stack,
+        occluders: &mut Occluders,
+        counter: &mut C,
+    ) -> u64 {
+        for _ in leaf.leaf_slots() {
+            counter.triangle(here);
+        }
+        leaf_hits(s, w, *self, leaf, rays, here, occluders, counter)
+    }
+
+    #[inline(always)]
+    fn stops_in_leaf<S: Simd, W: Wide, C: PacketCounter>(
+        &self,
+        s: S,
+        _: W,
+        leaf: ChildRef,
+        rays: &Rays<'_>,
+        index: usize,
+        _: &mut Stack,
+        counter: &mut C,
+    ) -> bool {
+        for _ in leaf.leaf_slots() {
+            counter.triangle(1 << index);
+        }
+        hits_leaf(s, self.tree, leaf, rays, index, counter)
+    }
+
+    #[inline(always)]
+    fn make_up<S: Simd, W: Wide, C: PacketCounter>(
+        &self,
+        _: S,
+        _: W,
+        _: &Rays<'_>,
+        _: u64,
+        _: &mut Stack,
+        _: &mut Occluders,
+        _: &mut C,
+    ) -> u64 {
+        0
+    }
+}
+
+/// Trees, and the node to start at in place of the root.
+#[derive(Clone, Copy)]
+pub(super) struct Start<'a, T> {
+    pub(super) trees: T,
     pub(super) entry: Option<&'a Node8>,
 }
 
 /// The rays that something is in the way of.
 #[inline(always)]
-pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
+pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     w: W,
-    start: Start<'_>,
+    start: Start<'_, T>,
     rays: &Rays<'_>,
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
 ) -> u64 {
-    let Start { tree, entry } = start;
-    let Some(root) = tree.root else { return 0 };
+    let Start { trees, entry } = start;
+    let Some(root) = trees.tree().root else { return 0 };
     let mut alive = rays.valid;
-    alive &= !stopped_by_occluders(w, tree, rays, alive, occluders, counter);
-    stack.len = 0;
+    alive &= !stopped_by_occluders(w, trees, rays, alive, occluders, counter);
+    stack.begin();
     // Where there is a node to start at, as if it had been found on the stack.
-    let mut first = entry;
     if entry.is_none() {
         stack.push(root, alive);
     }
+    alive &= !descend(s, w, trees, entry, rays, alive, 0, stack, occluders, counter);
+    if T::PUTS_OFF {
+        alive &= !trees.make_up(s, w, rays, alive, stack, occluders, counter);
+    }
+    rays.valid & !alive
+}
+
+/// Takes `alive` rays through `first`, if it is there, and all that lies on the stack above `base`;
+/// returns those that something is in the way of.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
+pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
+    s: S,
+    w: W,
+    trees: T,
+    mut first: Option<&Node8>,
+    rays: &Rays<'_>,
+    mut alive: u64,
+    base: usize,
+    stack: &mut Stack,
+    occluders: &mut Occluders,
+    counter: &mut C,
+) -> u64 {
+    let all = alive;
+    let tree = trees.tree();
     loop {
         let (node, here) = if let Some(entry) = first.take() {
             (entry, alive)
         } else {
-            let Some(Pending { child, rays: here }) = stack.pop() else { break };
+            let Some(Pending { child, rays: here }) = stack.pop_above(base) else { break };
             let here = here & alive;
             if here == 0 {
                 continue;
             }
             if here & (here - 1) == 0 {
                 let index = here.trailing_zeros() as usize;
-                if one_ray::<S, W, C>(s, tree, rays, index, child, stack, counter) {
+                if one_ray::<T, S, W, C>(s, w, trees, rays, index, child, stack, counter) {
                     alive &= !here;
                 }
                 continue;
             }
             counter.node(here);
             if child.is_leaf() {
-                for _ in child.leaf_slots() {
-                    counter.triangle(here);
-                }
-                alive &= !leaf_hits(s, w, tree, child, rays, here, occluders, counter);
+                let stopped =
+                    trees.stopped_in_leaf(s, w, child, rays, here, stack, occluders, counter);
+                alive &= !stopped;
                 continue;
             }
             (&tree.nodes[child.node_index()], here)
@@ -131,34 +311,36 @@ pub(super) fn any_hit<S: Simd, W: Wide, C: PacketCounter>(
             children &= !(1 << slot);
         }
     }
-    rays.valid & !alive
+    all & !alive
 }
 
 /// As [`any_hit`], each ray on its own.
 #[inline(always)]
-pub(super) fn any_hit_one_by_one<S: Simd, W: Wide, C: PacketCounter>(
+pub(super) fn any_hit_one_by_one<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     s: S,
-    _: W,
-    start: Start<'_>,
+    w: W,
+    start: Start<'_, T>,
     rays: &Rays<'_>,
     stack: &mut Stack,
+    occluders: &mut Occluders,
     counter: &mut C,
 ) -> u64 {
-    let Start { tree, entry } = start;
-    let Some(root) = tree.root else { return 0 };
+    let Start { trees, entry } = start;
+    let Some(root) = trees.tree().root else { return 0 };
     let whole = [root];
     let starts = entry.map_or(&whole[..], |node| &node.children[..node.len as usize]);
     let (mut left, mut hits) = (rays.valid, 0);
-    stack.len = 0;
     while left != 0 {
         let index = left.trailing_zeros() as usize;
         left &= left - 1;
-        for start in starts {
-            if one_ray::<S, W, C>(s, tree, rays, index, *start, stack, counter) {
-                hits |= 1 << index;
-                break;
-            }
+        stack.begin();
+        let mut hit = starts
+            .iter()
+            .any(|start| one_ray::<T, S, W, C>(s, w, trees, rays, index, *start, stack, counter));
+        if T::PUTS_OFF && !hit {
+            hit = trees.make_up(s, w, rays, 1 << index, stack, occluders, counter) != 0;
         }
+        hits |= u64::from(hit) << index;
     }
     hits
 }
@@ -189,7 +371,7 @@ fn node_by_ray<S: Simd, W: Wide>(
 fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
     s: S,
     w: W,
-    tree: &Bvh8,
+    trees: Triangles<'_>,
     leaf: ChildRef,
     rays: &Rays<'_>,
     mut active: u64,
@@ -198,12 +380,12 @@ fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
 ) -> u64 {
     let triangles = leaf.leaf_slots().len() as u32;
     if active.count_ones() > groups::<W>(active) * triangles * ACTIVE_IN_LEAF {
-        return leaf_by_group(w, tree, leaf, rays, active, occluders, counter);
+        return leaf_by_group(w, trees, leaf, rays, active, occluders, counter);
     }
     let mut hits = 0;
     while active != 0 {
         let index = active.trailing_zeros() as usize;
-        hits |= u64::from(hits_leaf(s, tree, leaf, rays, index, counter)) << index;
+        hits |= u64::from(hits_leaf(s, trees.tree, leaf, rays, index, counter)) << index;
         active &= active - 1;
     }
     hits
@@ -211,9 +393,11 @@ fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
 
 /// Whether anything below `child` is in the way of one ray.
 #[inline(always)]
-fn one_ray<S: Simd, W: Wide, C: PacketCounter>(
+#[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
+pub(super) fn one_ray<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     s: S,
-    tree: &Bvh8,
+    w: W,
+    trees: T,
     rays: &Rays<'_>,
     index: usize,
     child: ChildRef,
@@ -221,15 +405,13 @@ fn one_ray<S: Simd, W: Wide, C: PacketCounter>(
     counter: &mut C,
 ) -> bool {
     let ray = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]);
+    let tree = trees.tree();
     let base = stack.len;
     let mut current = child;
     loop {
         counter.node(1 << index);
         if current.is_leaf() {
-            for _ in current.leaf_slots() {
-                counter.triangle(1 << index);
-            }
-            if hits_leaf(s, tree, current, rays, index, counter) {
+            if trees.stops_in_leaf(s, w, current, rays, index, stack, counter) {
                 stack.len = base;
                 return true;
             }

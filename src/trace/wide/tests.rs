@@ -37,7 +37,9 @@ fn answers_closest(
         static SCRATCH: RefCell<Scratch> = RefCell::default();
     }
     let mut hits = vec![Some(Hit { t: 7.0, triangle: 7 }); rays.len()];
-    SCRATCH.with_borrow_mut(|scratch| closest_hits(set, tree, mesh, rays, &mut hits, scratch));
+    SCRATCH.with_borrow_mut(|scratch| {
+        closest_hits(set, Structure::Tree(tree), mesh, rays, &mut hits, scratch)
+    });
     hits
 }
 
@@ -58,7 +60,7 @@ fn assert_as_binary(
             let together = answers_closest(set, (mesh, wide), rays);
             for (ray, together) in rays.iter().zip(together) {
                 let expected = single::closest_hit(binary, ray).map(bits);
-                let alone = closest_hit(set, wide, mesh, ray).map(bits);
+                let alone = closest_hit(set, Structure::Tree(wide), mesh, ray).map(bits);
                 assert_eq!(alone, expected, "{set:?} {ray:?}");
                 assert_eq!(together.map(bits), expected, "{set:?}, together: {ray:?}");
             }
@@ -80,8 +82,17 @@ fn assert_mode_as_binary<T: TriangleTest>(
     }
     for set in Instructions::all() {
         for way in WAYS {
-            let answers =
-                answers(set, &Query { tree, mesh, way, mode: T::MODE, entry: &Entry::WHOLE }, rays);
+            let answers = answers(
+                set,
+                &Query {
+                    structure: Structure::Tree(tree),
+                    mesh,
+                    way,
+                    mode: T::MODE,
+                    entry: &Entry::WHOLE,
+                },
+                rays,
+            );
             for (index, ray) in rays.iter().enumerate() {
                 let bit = |words: &[u64]| words[index / 64] >> (index % 64) & 1;
                 let case = (set, way, T::MODE, index, ray);
@@ -276,13 +287,18 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
     for _ in 0..250 {
         let rays = rays(&mut random, &mesh, 5000);
         for mode in [Mode::Fast, Mode::Exact] {
-            let query =
-                Query { tree: &wide, mesh: &mesh, way: Way::Stream, mode, entry: &Entry::WHOLE };
+            let query = Query {
+                structure: Structure::Tree(&wide),
+                mesh: &mesh,
+                way: Way::Stream,
+                mode,
+                entry: &Entry::WHOLE,
+            };
             let expected = answers(Instructions::PORTABLE, &query, &rays);
             for set in Instructions::all() {
                 for way in [Way::Single, Way::Stream] {
                     let query = Query { way, ..query };
-                    assert_eq!(answers(set, &query, &rays), expected, "{set:?} {query:?}");
+                    assert_eq!(answers(set, &query, &rays), expected, "{set:?} {mode:?} {way:?}");
                 }
             }
             hits += expected.iter().map(|word| word.count_ones()).sum::<u32>();

@@ -3,6 +3,7 @@
 
 mod illumination;
 mod math;
+mod moving;
 mod nature;
 mod props;
 mod shape;
@@ -13,6 +14,7 @@ pub(crate) use illumination::{aimed_quad, camera, down_quad, light};
 pub(crate) use math::{
     PI, Place, Rng, TAU, V, at, cos, mix, noise, scaled, sin, sin_cos, stand, tilted, turned, v,
 };
+pub(crate) use moving::Moving;
 pub(crate) use nature::{blade, leaf, plant};
 pub(crate) use props::{
     barrel, book, book_row, bottle, chair, chest, figure, flask, pillow, table, teddy,

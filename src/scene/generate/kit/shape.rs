@@ -103,6 +103,11 @@ impl Shape {
         self
     }
 
+    /// Its vertices and triangles.
+    pub(crate) fn into_parts(self) -> (Vec<V>, Vec<[u32; 3]>) {
+        (self.vertices, self.triangles)
+    }
+
     /// The mesh, rounded to `f32` once and here only.
     pub(crate) fn into_mesh(self) -> TriangleMesh {
         TriangleMesh::new(self.vertices.iter().map(|p| p.as_vec3()).collect(), self.triangles)

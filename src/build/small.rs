@@ -1,0 +1,263 @@
+//! A wide tree over a few triangles, on one thread and without a binary one: a node's slots are filled by
+//! splitting the child with the largest surface (Dammertz, Hanika and Keller, "Shallow Bounding Volume
+//! Hierarchies for Fast SIMD Ray Tracing of Incoherent Rays", Computer Graphics Forum 27(4), 2008),
+//! and the order of children is set while both sides of a split are at hand (Nah and Manocha, "SATO:
+//! Surface-Area Traversal Order for Shadow Ray Tracing", Computer Graphics Forum 33(6), 2014).
+
+use super::WideCosts;
+use super::object_split::{Extent, Reference, Split, best_split, halve};
+use super::top_down::{TRAVERSAL_COST, half_area};
+use crate::geometry::{Aabb, Triangle, TriangleMesh};
+use crate::tree::{
+    Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, ScoreAtSplit, WIDTH, write_leaf,
+};
+
+/// From here on sets are halved, so that depth stays in bounds.
+const DEEPEST_BY_COST: usize = 16;
+
+/// Sets so small are leaves: looking for a split costs more than it brings.
+const ALWAYS_LEAF: usize = 3;
+
+/// Most triangles of a tree.
+pub const MOST_SMALL: usize = 4096;
+
+/// The tree over the triangles `ids` of a mesh, at most [`MOST_SMALL`], which its slots name. Children
+/// with larger scores come first.
+pub fn small_tree(mesh: &TriangleMesh, ids: &[u32], score: ScoreAtSplit) -> Bvh8 {
+    debug_assert!(ids.len() <= MOST_SMALL);
+    let mut references: Vec<Reference> =
+        ids.iter().map(|&id| Reference::new(&mesh.triangle(id as usize).bounds(), id)).collect();
+    let mut room = references.clone();
+    let extent = Extent::of(&references);
+    let mut builder = Builder {
+        mesh,
+        score,
+        nodes: Vec::with_capacity(ids.len() / 8 + 1),
+        leaves: vec![0.0; ids.len() * LEAF_ROWS + WIDTH],
+        triangle_ids: Vec::with_capacity(ids.len()),
+    };
+    let bounds = if ids.is_empty() { Aabb::EMPTY } else { extent.bounds() };
+    let root = (!ids.is_empty()).then(|| {
+        let whole = Set { references: &mut references, room: &mut room, extent };
+        builder.grow(whole, 0)
+    });
+    let Builder { nodes, leaves, triangle_ids, .. } = builder;
+    Bvh8 { nodes, root, bounds, leaves, triangle_ids, id: Bvh8::new_id() }
+}
+
+/// Some triangles, and as much room for them to be divided into.
+struct Set<'a> {
+    references: &'a mut [Reference],
+    room: &'a mut [Reference],
+    extent: Extent,
+}
+
+struct Builder<'a> {
+    mesh: &'a TriangleMesh,
+    score: ScoreAtSplit,
+    nodes: Vec<Node8>,
+    leaves: Vec<f32>,
+    triangle_ids: Vec<u32>,
+}
+
+/// What becomes of a set.
+enum Fate {
+    Leaf,
+    /// Two sets, by the heuristic.
+    Split(Split),
+    /// Two sets of equal numbers.
+    Halves,
+}
+
+impl<'a> Set<'a> {
+    /// What is best for it, where two sets in its place cost `more` besides.
+    fn fate(&self, depth: usize, more: f32) -> Fate {
+        let count = self.references.len();
+        if count <= ALWAYS_LEAF {
+            return Fate::Leaf;
+        }
+        let split = (depth < DEEPEST_BY_COST).then(|| best_split(self.references, &self.extent));
+        let split = split.flatten();
+        if count > MAX_WIDE_LEAF {
+            return split.map_or(Fate::Halves, Fate::Split);
+        }
+        let Some(split) = split else { return Fate::Leaf };
+        let WideCosts { leaf, triangle } = WideCosts::default();
+        let area = self.area();
+        let as_leaf = WideCosts::default().leaf(count) * area;
+        // The split's own cost is the area of each side times its triangles, and that of the whole.
+        let areas: f32 = split.bounds().iter().map(half_area).sum();
+        let as_two = leaf * areas + triangle * (split.cost - TRAVERSAL_COST * area);
+        if as_leaf <= as_two + more { Fate::Leaf } else { Fate::Split(split) }
+    }
+
+    /// The two sides.
+    fn split(self, split: &Split) -> [Self; 2] {
+        let Self { references, room, .. } = self;
+        let (middle, extents) = split.divide(references, room);
+        Self::cut(room, references, middle, extents)
+    }
+
+    fn halve(self) -> [Self; 2] {
+        let Self { references, room, extent } = self;
+        let middle = halve(references, &extent.bounds());
+        let extents = [&references[..middle], &references[middle..]].map(Extent::of);
+        Self::cut(references, room, middle, extents)
+    }
+
+    fn cut(
+        references: &'a mut [Reference],
+        room: &'a mut [Reference],
+        middle: usize,
+        extents: [Extent; 2],
+    ) -> [Self; 2] {
+        let (lower, upper) = references.split_at_mut(middle);
+        let (lower_room, upper_room) = room.split_at_mut(middle);
+        let [lower_extent, upper_extent] = extents;
+        [
+            Self { references: lower, room: lower_room, extent: lower_extent },
+            Self { references: upper, room: upper_room, extent: upper_extent },
+        ]
+    }
+
+    fn area(&self) -> f32 {
+        half_area(&self.extent.bounds())
+    }
+}
+
+impl Builder<'_> {
+    /// Adds what a set becomes.
+    fn grow(&mut self, set: Set<'_>, depth: usize) -> ChildRef {
+        let sides = match set.fate(depth, set.area()) {
+            Fate::Leaf => return self.leaf(&set),
+            Fate::Split(split) => set.split(&split),
+            Fate::Halves => set.halve(),
+        };
+        let mut children: [Option<Set<'_>>; WIDTH] = [const { None }; WIDTH];
+        let mut areas = [0.0; WIDTH];
+        let mut len = 0;
+        for side in sides {
+            areas[len] = side.area();
+            children[len] = Some(side);
+            len += 1;
+        }
+        while len < WIDTH {
+            // Those that stay as they are have no area here.
+            let largest = (0..len).fold(0, |best, i| if areas[i] > areas[best] { i } else { best });
+            let Some(set) = children[largest].take_if(|_| areas[largest] > 0.0) else { break };
+            let sides = match set.fate(depth, 0.0) {
+                Fate::Leaf => {
+                    areas[largest] = 0.0;
+                    children[largest] = Some(set);
+                    continue;
+                }
+                Fate::Split(split) => set.split(&split),
+                Fate::Halves => set.halve(),
+            };
+            for (slot, side) in [largest, len].into_iter().zip(sides) {
+                areas[slot] = side.area();
+                children[slot] = Some(side);
+            }
+            len += 1;
+        }
+        self.node(children, depth)
+    }
+
+    /// Adds a node of these children, and what they become.
+    fn node(&mut self, children: [Option<Set<'_>>; WIDTH], depth: usize) -> ChildRef {
+        let mut children: Vec<(f64, Set<'_>)> = children
+            .into_iter()
+            .flatten()
+            .map(|set| {
+                let mut ids = set.references.iter().map(Reference::id);
+                ((self.score)(self.mesh, &set.extent.bounds(), &mut ids), set)
+            })
+            .collect();
+        // Stable, so that ties stay as they are.
+        children.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let index = self.nodes.len();
+        let mut placed = [(ChildRef::UNUSED, Aabb::EMPTY); WIDTH];
+        for (place, (_, set)) in placed.iter_mut().zip(&children) {
+            place.1 = set.extent.bounds();
+        }
+        self.nodes.push(Node8::new(&placed[..children.len()]));
+        for (slot, (_, set)) in children.into_iter().enumerate() {
+            let child = self.grow(set, depth + 1);
+            self.nodes[index].children[slot] = child;
+        }
+        ChildRef::inner(index)
+    }
+
+    fn leaf(&mut self, set: &Set<'_>) -> ChildRef {
+        let mut triangles = [Triangle::default(); MAX_WIDE_LEAF];
+        let first = self.triangle_ids.len();
+        for reference in &*set.references {
+            let id = reference.id();
+            triangles[self.triangle_ids.len() - first] = self.mesh.triangle(id as usize);
+            self.triangle_ids.push(id);
+        }
+        let end = self.triangle_ids.len();
+        let block = &mut self.leaves[first * LEAF_ROWS..end * LEAF_ROWS];
+        write_leaf(block, &triangles[..end - first]);
+        ChildRef::leaf(first, end - first)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{self, Leaves, collapse};
+    use crate::geometry::Vec3;
+    use crate::test_random::Random;
+
+    const BY_AREA: ScoreAtSplit = |_, bounds, _| bounds.half_area();
+
+    fn cost(tree: &Bvh8) -> f64 {
+        let of_node = |node: &Node8| {
+            let of_child = |slot: usize| {
+                let child = node.children[slot];
+                let costs = WideCosts::default();
+                let visit =
+                    if child.is_leaf() { costs.leaf(child.leaf_slots().len()) } else { 1.0 };
+                node.bounds(slot).half_area() * f64::from(visit)
+            };
+            (0..node.len as usize).map(of_child).sum::<f64>()
+        };
+        1.0 + tree.nodes.iter().map(of_node).sum::<f64>() / tree.bounds.half_area()
+    }
+
+    #[test]
+    fn trees_are_valid_sorted_and_nearly_as_good_as_the_best() {
+        let mut random = Random::new(81);
+        let mut ratios = Vec::new();
+        for count in (0..40).chain([100, 1000, MOST_SMALL]) {
+            let mesh = random.mesh(count);
+            let ids: Vec<u32> = (0..count as u32).rev().collect();
+            let tree = small_tree(&mesh, &ids, BY_AREA);
+            tree.validate(&mesh).unwrap_or_else(|fault| panic!("{count} triangles: {fault}"));
+            for node in &tree.nodes {
+                let areas = (0..node.len as usize).map(|slot| node.bounds(slot).half_area());
+                assert!(areas.is_sorted_by(|a, b| a >= b));
+            }
+            if count >= 100 {
+                let binary = (build::find("binned").unwrap().build)(&mesh, Leaves::Wide);
+                let best = collapse(&binary, WideCosts::default(), |_, _| 0.0);
+                ratios.push(cost(&tree) / cost(&best));
+            }
+        }
+        assert!(ratios.iter().all(|ratio| *ratio < 1.2), "{ratios:?}");
+    }
+
+    #[test]
+    fn sets_that_cannot_be_told_apart_stay_within_the_depth() {
+        // All alike, and ever smaller towards a corner.
+        for step in [0.0, 0.9f32] {
+            let corner = |i: usize| Vec3::splat(step.powi((i / 3) as i32)) + Vec3::AXES[i % 3];
+            let vertices: Vec<_> = (0..3 * 3000).map(corner).collect();
+            let triangles = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let mesh = TriangleMesh::new(vertices, triangles);
+            let ids: Vec<u32> = (0..3000).collect();
+            small_tree(&mesh, &ids, BY_AREA).validate(&mesh).unwrap();
+        }
+    }
+}

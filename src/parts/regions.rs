@@ -1,0 +1,269 @@
+//! Cuts a mesh into regions of neighbouring triangles, in a few passes over it: along the Morton
+//! curve (Lauterbach et al., "Fast BVH Construction on GPUs", Computer Graphics Forum 28(2), 2009),
+//! with triangles of very different size apart, so that no small one shares a region with a wall.
+
+use crate::geometry::{Aabb, TriangleMesh, Vec3};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Triangles by region.
+#[derive(Debug)]
+pub(super) struct Regions {
+    /// Indices of the triangles, region by region.
+    pub(super) triangle_ids: Vec<u32>,
+    /// Where each region's begin and end: in order, none empty.
+    pub(super) ranges: Vec<Range<usize>>,
+}
+
+/// Bits of a cell's number along the curve.
+const MOST_BITS: u32 = 15;
+
+/// Sizes that are told apart, each `2^SIZE_STEP` times the next.
+const SIZES: usize = 4;
+const SIZE_STEP: usize = 3;
+
+/// Triangles that one thread counts at once.
+const CHUNK: usize = 1 << 14;
+
+/// Regions of at most `most` of the triangles `ids`. On the current rayon pool; the same for any number
+/// of threads.
+pub(super) fn regions(mesh: &TriangleMesh, ids: Vec<u32>, most: usize) -> Regions {
+    let mut regions = Regions { triangle_ids: Vec::with_capacity(ids.len()), ranges: Vec::new() };
+    divide(mesh, ids, most, true, &mut regions);
+    regions
+}
+
+/// Where a triangle is, and how large.
+#[derive(Clone, Copy)]
+struct Place {
+    /// The centre of its box.
+    center: Vec3,
+    /// Half the longest side of that.
+    size: f32,
+}
+
+impl Place {
+    fn of(mesh: &TriangleMesh, id: u32) -> Self {
+        let bounds = mesh.triangle(id as usize).bounds();
+        // Halved first, so that nothing overflows.
+        let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
+        Self { center: min + max, size: (max - min).max_element() }
+    }
+}
+
+fn divide(mesh: &TriangleMesh, ids: Vec<u32>, most: usize, by_size: bool, regions: &mut Regions) {
+    if ids.len() <= most {
+        return regions.add(&ids);
+    }
+    let places: Vec<Place> =
+        ids.par_iter().with_min_len(CHUNK).map(|&id| Place::of(mesh, id)).collect();
+    let bounds = places
+        .par_chunks(CHUNK)
+        .map(|places| Aabb::of_points(places.iter().map(|place| place.center)))
+        .reduce(|| Aabb::EMPTY, Aabb::union);
+    let extent = bounds.size().max_element();
+    // Some cells for each region to be, so that regions end near where they should.
+    let bits = (ids.len() / most).ilog2() + 4;
+    let grid = Grid::new(&bounds, bits.min(MOST_BITS));
+    if grid.bits == 0 {
+        // All in one place: by number.
+        ids.chunks(most).for_each(|ids| regions.add(ids));
+        return;
+    }
+    let sizes = if by_size { SIZES } else { 1 };
+    let cell_of: Vec<u32> = places
+        .par_iter()
+        .with_min_len(CHUNK)
+        .map(|place| {
+            // 0 for the largest.
+            let exponent = |number: f32| (number.max(f32::MIN_POSITIVE).to_bits() >> 23) as usize;
+            let steps = exponent(extent).saturating_sub(exponent(place.size)) / SIZE_STEP;
+            let class = steps.min(sizes - 1);
+            ((class as u32) << grid.bits) | grid.cell(place.center)
+        })
+        .collect();
+    drop(places);
+    let cells = sizes << grid.bits;
+    let mut starts = vec![0; cells + 1];
+    cell_of.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
+    (0..cells).for_each(|cell| starts[cell + 1] += starts[cell]);
+    let sorted = sort(&ids, &cell_of, &starts);
+    drop((ids, cell_of));
+    let cut = Cut { mesh, sorted: &sorted, starts: &starts, most };
+    (0..sizes).for_each(|size| cut.cells(size << grid.bits..(size + 1) << grid.bits, regions));
+}
+
+/// `ids` by cell, each cell's in the order in which they were; `starts` says where each begins.
+fn sort(ids: &[u32], cell_of: &[u32], starts: &[usize]) -> Vec<u32> {
+    let mut sorted = vec![0; ids.len()];
+    let threads = rayon::current_num_threads().clamp(1, 16);
+    // Each thread goes through all for the cells that are its own.
+    let mut rest = sorted.as_mut_slice();
+    let mut tasks = Vec::new();
+    let mut first = 0;
+    for thread in 0..threads {
+        let goal = ids.len() * (thread + 1) / threads;
+        let end = starts.partition_point(|start| *start < goal).min(starts.len() - 1);
+        let (own, others) = std::mem::take(&mut rest).split_at_mut(starts[end] - starts[first]);
+        rest = others;
+        tasks.push((first..end, own));
+        first = end;
+    }
+    tasks.into_par_iter().for_each(|(cells, own)| {
+        let base = starts[cells.start];
+        let mut next: Vec<usize> = starts[cells.clone()].iter().map(|start| start - base).collect();
+        for (&id, &cell) in ids.iter().zip(cell_of) {
+            let cell = cell as usize;
+            if cells.contains(&cell) {
+                let place = &mut next[cell - cells.start];
+                own[*place] = id;
+                *place += 1;
+            }
+        }
+    });
+    sorted
+}
+
+/// Cells along the curve, some of which make a region together.
+struct Cut<'a> {
+    mesh: &'a TriangleMesh,
+    sorted: &'a [u32],
+    starts: &'a [usize],
+    most: usize,
+}
+
+impl Cut<'_> {
+    fn cells(&self, cells: Range<usize>, regions: &mut Regions) {
+        let ids = &self.sorted[self.starts[cells.start]..self.starts[cells.end]];
+        if ids.is_empty() {
+        } else if ids.len() <= self.most {
+            regions.add(ids);
+        } else if cells.len() == 1 {
+            divide(self.mesh, ids.to_vec(), self.most, false, regions);
+        } else {
+            let middle = cells.start + cells.len() / 2;
+            self.cells(cells.start..middle, regions);
+            self.cells(middle..cells.end, regions);
+        }
+    }
+}
+
+impl Regions {
+    fn add(&mut self, ids: &[u32]) {
+        let first = self.triangle_ids.len();
+        self.triangle_ids.extend_from_slice(ids);
+        if first < self.triangle_ids.len() {
+            self.ranges.push(first..self.triangle_ids.len());
+        }
+    }
+}
+
+/// Numbers cells of a box by halving the longest side of what is left, so that cells are near cubes.
+struct Grid {
+    bits: u32,
+    min: Vec3,
+    /// Cells along each axis over its length.
+    per_length: Vec3,
+    /// For each axis the bits of a cell's number by its coordinate.
+    bits_of: [Vec<u32>; 3],
+}
+
+impl Grid {
+    /// Of at most `2^bits` cells; none where the box has no length that can be divided.
+    fn new(bounds: &Aabb, bits: u32) -> Self {
+        let size = bounds.size();
+        let mut left = size;
+        // The axis of each bit, from the highest on.
+        let mut axes = Vec::new();
+        while axes.len() < bits as usize {
+            let axis = left.max_position();
+            left[axis] *= 0.5;
+            if !(left[axis] > 0.0 && bounds.min[axis] + left[axis] > bounds.min[axis]) {
+                break;
+            }
+            axes.push(axis);
+        }
+        let bits_of = std::array::from_fn(|axis| {
+            let of_axis = || (0..axes.len()).rev().filter(|&place| axes[place] == axis);
+            let number = |coordinate: u32| {
+                // The lowest bit of the coordinate is the last that was given to the axis.
+                let bits = of_axis()
+                    .enumerate()
+                    .map(|(bit, place)| (coordinate >> bit & 1) << (axes.len() - 1 - place));
+                bits.sum()
+            };
+            (0..1 << of_axis().count()).map(number).collect::<Vec<u32>>()
+        });
+        let mut per_length = Vec3::ZERO;
+        for axis in (0..3).filter(|&axis| bits_of[axis].len() > 1) {
+            per_length[axis] = bits_of[axis].len() as f32 / size[axis];
+        }
+        Self { bits: axes.len() as u32, min: bounds.min, per_length, bits_of }
+    }
+
+    fn cell(&self, center: Vec3) -> u32 {
+        let offset = (center - self.min) * self.per_length;
+        let bits = |axis: usize| {
+            let numbers = &self.bits_of[axis];
+            numbers[(offset[axis] as usize).min(numbers.len() - 1)]
+        };
+        bits(0) | bits(1) | bits(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_random::Random;
+
+    fn check(mesh: &TriangleMesh, most: usize) -> Regions {
+        let regions = regions(mesh, (0..mesh.len() as u32).collect(), most);
+        let mut next = 0;
+        for range in &regions.ranges {
+            assert_eq!(range.start, next);
+            assert!((1..=most).contains(&range.len()), "{range:?}");
+            next = range.end;
+        }
+        let mut ids = regions.triangle_ids.clone();
+        ids.sort_unstable();
+        assert!(next == mesh.len() && ids.into_iter().eq(0..mesh.len() as u32));
+        regions
+    }
+
+    #[test]
+    fn every_triangle_is_in_one_region() {
+        let mut random = Random::new(71);
+        for count in [0, 1, 100, 101, 5000, 70_000] {
+            check(&random.mesh(count), 100);
+        }
+        // All in one place, on a line, and where halves of numbers are lost.
+        let flat = |scale: Vec3| {
+            let corner = |i: usize| scale * Vec3::new((i % 89) as f32, (i % 97) as f32, i as f32);
+            let vertices: Vec<_> = (0..3000).map(corner).collect();
+            TriangleMesh::new(vertices, (0..2998).map(|i| [i, i + 1, i + 2]).collect())
+        };
+        for scale in [Vec3::ZERO, Vec3::X, Vec3::splat(1e15), Vec3::splat(1e-43), Vec3::ONE] {
+            check(&flat(scale), 64);
+        }
+    }
+
+    #[test]
+    fn regions_do_not_depend_on_threads_and_are_compact() {
+        let mesh = Random::new(72).mesh(50_000);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| regions(&mesh, (0..50_000).collect(), 200))
+        };
+        let (one, three) = (on(1), on(3));
+        assert_eq!((&one.triangle_ids, &one.ranges), (&three.triangle_ids, &three.ranges));
+        assert!(one.ranges.len() < 4 * 50_000 / 200, "{} regions", one.ranges.len());
+        let area_of = |ids: &[u32]| {
+            let boxes = ids.iter().map(|&id| mesh.triangle(id as usize).bounds());
+            boxes.fold(Aabb::EMPTY, Aabb::union).half_area()
+        };
+        let by_place: f64 = one.ranges.iter().map(|r| area_of(&one.triangle_ids[r.clone()])).sum();
+        let all: Vec<u32> = (0..50_000).collect();
+        let by_number: f64 = all.chunks(200).map(area_of).sum();
+        assert!(by_place * 3.0 < by_number, "{by_place} {by_number}");
+    }
+}
