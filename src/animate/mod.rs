@@ -3,12 +3,9 @@
 //!
 //! The first frame is what backends are built for. In each later one all of them are brought up to
 //! date, in turns that go round, and answer the same recorded rays; the first backend's answers make
-//! the picture.
-//!
-//! What counts for a frame is the first time that its rays are traced after the update, as a renderer
-//! traces them once: what a backend puts off until rays come is paid for there. That they may be traced
-//! again tells how fast the tree is by itself. Camera rays go through a tree that nobody is measured
-//! by, so that they prepare nothing.
+//! the picture. What counts as a frame is the update and the first answering of the rays: that is when
+//! backends that build on demand build, so nothing may ask them before: camera rays go through a tree
+//! that nobody is measured by.
 
 mod charts;
 mod rows;
@@ -21,7 +18,7 @@ use crate::backend::{Accelerator, BackendSpec, MovingAccelerator, UpdateStats};
 use crate::geometry::TriangleMesh;
 use crate::image_file::{ToneCurve, tone_map_by, write_exr, write_png};
 use crate::lab::Lab;
-use crate::measure::{Summary, trace};
+use crate::measure::{Summary, interleaved, trace};
 use crate::ray_set::occluded_count;
 use crate::render::{Film, Recording, RenderSettings, record};
 use crate::report::{BackendReport, Provenance, SceneReport, write_json};
@@ -43,7 +40,7 @@ pub struct Plan {
     pub frames: Range<usize>,
     /// What is recorded in each frame.
     pub render: RenderSettings,
-    /// How often the rays of a frame are traced again, after the time that counts for the frame.
+    /// Timed rounds of tracing in each frame, after the one that counts for it; at least 1.
     pub rounds: usize,
     /// Whether to ask how good trees are, which may build new ones to compare with.
     pub quality: bool,
@@ -53,8 +50,8 @@ pub struct Plan {
     pub folder: PathBuf,
 }
 
-/// What answers camera rays: of no account, and quick to follow.
-const CAMERA: &str = "lazy";
+/// What answers camera rays: quick to follow, as it builds on demand.
+const RECORDER: &str = "lazy";
 
 /// Told how many steps are done, and of how many.
 pub type Progress<'a> = &'a dyn Fn(usize, usize);
@@ -87,8 +84,8 @@ impl Plan {
     }
 
     fn check(&self) -> Result<()> {
-        if self.backends.is_empty() {
-            return Err(Error::Usage("at least one backend is needed".into()));
+        if self.rounds == 0 || self.backends.is_empty() {
+            return Err(Error::Usage("at least one backend and one round are needed".into()));
         }
         let names: Vec<String> = self.backends.iter().map(ToString::to_string).collect();
         match names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
@@ -114,7 +111,6 @@ pub fn run(scene: &Scene, plan: &Plan, progress: Progress<'_>) -> Result<Animate
     let mut scene = Scene { mesh: at(plan.frames.start), ..scene.clone() };
     let count = plan.backends.len();
     let total = count * (1 + plan.frames.len());
-    let mut camera = Lab::new(&scene, seed).build_moving(&CAMERA.parse()?)?;
     let mut followers = Vec::new();
     for spec in &plan.backends {
         // Each has its own trees, as it will change them.
@@ -123,6 +119,7 @@ pub fn run(scene: &Scene, plan: &Plan, progress: Progress<'_>) -> Result<Animate
     }
     // Better now than after the measuring.
     std::fs::create_dir_all(&plan.folder).map_err(Error::io(&plan.folder))?;
+    let mut recorder = Lab::new(&scene, seed).build_moving(&RECORDER.parse()?)?;
     let contenders: Vec<&dyn Accelerator> = followers.iter().map(|f| f.accelerator()).collect();
     let backends = BackendReport::all(&plan.backends, &contenders);
     let mut rows = Vec::new();
@@ -137,14 +134,14 @@ pub fn run(scene: &Scene, plan: &Plan, progress: Progress<'_>) -> Result<Animate
             0 => built(&backends),
             _ => update(&mut followers, &turns, &scene.mesh)?,
         };
-        drop(last);
         if place > 0 {
-            camera.update(Arc::clone(&scene.mesh))?;
+            recorder.update(Arc::clone(&scene.mesh))?;
         }
-        let recording = record(&scene, camera.accelerator(), &plan.render, None)?;
+        drop(last);
+        let recording = record(&scene, recorder.accelerator(), &plan.render, None)?;
         let traced = trace_all(&followers, &turns, &recording, plan.rounds);
         for (index, (update_ms, update)) in updates.into_iter().enumerate() {
-            followers[index].traced(traced[index].trace_ms);
+            followers[index].traced(traced[index].first_ms);
             let quality = plan.quality.then(|| followers[index].quality());
             let backend = &backends[index].spec;
             rows.push(FrameRow::new(frame, backend, update_ms, &update, &traced[index], quality));
@@ -225,9 +222,9 @@ fn update(
 /// What one backend makes of a frame's rays.
 struct Traced {
     /// Time to answer all rays of all passes for the first time, in milliseconds.
-    trace_ms: f64,
-    /// The same when they are traced again, if they are.
-    retrace_ms: Option<Summary>,
+    first_ms: f64,
+    /// The same in later rounds.
+    trace_ms: Summary,
     /// By pass.
     answers: Vec<Vec<u64>>,
     rays: u64,
@@ -245,14 +242,18 @@ fn trace_all(
     let sets: Vec<_> = recording.passes().iter().map(|pass| pass.rays()).collect();
     let none: Vec<_> = sets.iter().map(|set| set.no_answers()).collect();
     let mut answers = vec![none; followers.len()];
-    let mut times = vec![Vec::new(); followers.len()];
-    for _ in 0..=rounds {
-        for &index in turns {
-            let accelerator = followers[index].accelerator();
-            let passes = sets.iter().zip(&mut answers[index]);
-            times[index].push(passes.map(|(set, answers)| trace(accelerator, set, answers)).sum());
-        }
-    }
+    let mut first = vec![None; followers.len()];
+    let in_turn = interleaved(turns.len(), rounds, |turn| {
+        let index = turns[turn];
+        let accelerator = followers[index].accelerator();
+        let passes = sets.iter().zip(&mut answers[index]);
+        let ms = passes.map(|(set, answers)| trace(accelerator, set, answers)).sum();
+        first[index].get_or_insert(ms);
+        ms
+    });
+    let mut summaries: Vec<(usize, Summary)> =
+        turns.iter().zip(&in_turn).map(|(&index, ms)| (index, Summary::of(ms))).collect();
+    summaries.sort_by_key(|summary| summary.0);
     let rays = sets.iter().map(|set| set.len() as u64).sum();
     let differing: Vec<u64> = answers
         .iter()
@@ -261,13 +262,13 @@ fn trace_all(
             passes.map(|(set, (first, own))| set.differing(first, own).len() as u64).sum()
         })
         .collect();
-    times
+    summaries
         .into_iter()
         .zip(answers)
         .zip(differing)
-        .map(|((times, answers), differing): ((Vec<f64>, _), _)| Traced {
-            trace_ms: times[0],
-            retrace_ms: (times.len() > 1).then(|| Summary::of(&times[1..])),
+        .map(|(((index, trace_ms), answers), differing)| Traced {
+            first_ms: first[index].expect("every backend has a turn"),
+            trace_ms,
             rays,
             occluded: answers.iter().map(|words| occluded_count(words) as u64).sum(),
             answers,

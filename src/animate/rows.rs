@@ -20,7 +20,7 @@ pub struct AnimateReport {
     pub moving_objects: usize,
     /// The first frame, and the one after the last.
     pub frames: [usize; 2],
-    /// How often rays were traced again in each frame.
+    /// Rounds of tracing in each frame after the first, which counts for the frame.
     pub rounds: usize,
     /// Image width and height in pixels.
     pub size: [u32; 2],
@@ -64,22 +64,21 @@ pub struct FrameRow {
     pub rotations: u64,
     /// Nodes whose order was looked at.
     pub order_nodes: u64,
-    /// Answering the frame's shadow rays for the first time after the update, with what the backend had
-    /// put off until then.
+    /// Answering the frame's shadow rays for the first time, with what is built on demand.
+    pub first_trace_ms: f64,
+    /// Answering them again: median of the rounds.
     pub trace_ms: f64,
-    /// Answering them again: median of the rounds, if there were any.
-    pub retrace_ms: Option<f64>,
-    /// The least of these rounds.
-    pub retrace_ms_min: Option<f64>,
-    /// The most of these rounds.
-    pub retrace_ms_max: Option<f64>,
-    /// Update and tracing.
+    /// The least of the rounds.
+    pub trace_ms_min: f64,
+    /// The most of the rounds.
+    pub trace_ms_max: f64,
+    /// The update, and answering rays for the first time.
     pub frame_ms: f64,
     /// Shadow rays.
     pub rays: u64,
     /// Share of them that it calls occluded.
     pub occluded_share: f64,
-    /// Million rays per second.
+    /// Million rays per second, from the median of the rounds.
     pub mrays_per_s: f64,
     /// Expected cost of a random line by the surface-area heuristic; with what follows, only if it was
     /// asked for and the backend knows.
@@ -107,8 +106,7 @@ impl FrameRow {
     ) -> Self {
         let share =
             |count: u64| if traced.rays == 0 { 0.0 } else { count as f64 / traced.rays as f64 };
-        let trace_ms = traced.trace_ms;
-        let again = traced.retrace_ms.as_ref();
+        let trace_ms = traced.trace_ms.median;
         let known = quality.as_ref();
         let (sah_cost, fresh) =
             (known.and_then(|q| q.sah_cost), known.and_then(|q| q.fresh_sah_cost));
@@ -123,11 +121,11 @@ impl FrameRow {
             rebuilt: update.rebuilt,
             rotations: update.rotations,
             order_nodes: update.order_nodes,
+            first_trace_ms: traced.first_ms,
             trace_ms,
-            retrace_ms: again.map(|again| again.median),
-            retrace_ms_min: again.map(|again| again.min),
-            retrace_ms_max: again.map(|again| again.max),
-            frame_ms: update_ms + trace_ms,
+            trace_ms_min: traced.trace_ms.min,
+            trace_ms_max: traced.trace_ms.max,
+            frame_ms: update_ms + traced.first_ms,
             rays: traced.rays,
             occluded_share: share(traced.occluded),
             mrays_per_s: rays_per_ms(traced.rays, trace_ms) / 1e3,
@@ -166,25 +164,23 @@ pub struct TotalRow {
     pub build_ms: f64,
     /// Of them, traversal orders.
     pub order_ms: f64,
-    /// Answering rays for the first time.
+    /// Answering rays for the first time, with what is built on demand.
+    pub first_trace_ms: f64,
+    /// Answering them again.
     pub trace_ms: f64,
-    /// Answering them again: medians of each frame's rounds, if there were any.
-    pub retrace_ms: Option<f64>,
-    /// Updates and answering rays.
+    /// Updates, and answering rays for the first time.
     pub frame_ms: f64,
     /// Median over frames of the update.
     pub median_update_ms: f64,
-    /// Median over frames of answering rays.
+    /// Median over frames of answering rays again.
     pub median_trace_ms: f64,
-    /// Median over frames of both.
+    /// Median over frames of the update and answering rays for the first time.
     pub median_frame_ms: f64,
-    /// How many times faster than the first backend, in updates and tracing.
+    /// How many times faster than the first backend, by `frame_ms`.
     pub frame_ratio_to_first: f64,
-    /// How many times faster than the first backend, in tracing for the first time alone.
+    /// How many times faster than the first backend, by `trace_ms`.
     pub trace_ratio_to_first: f64,
-    /// The same of tracing again.
-    pub retrace_ratio_to_first: Option<f64>,
-    /// Share of the order in the time of updates and tracing.
+    /// Share of the order in `frame_ms`.
     pub order_share: f64,
     /// Frames for which the whole tree was built anew.
     pub rebuilds: usize,
@@ -192,7 +188,7 @@ pub struct TotalRow {
     pub rotations: u64,
     /// Shadow rays.
     pub rays: u64,
-    /// Million rays per second.
+    /// Million rays per second, from `trace_ms`.
     pub mrays_per_s: f64,
     /// Rays that the first backend answers differently, in all frames.
     pub differing_rays: u64,
@@ -211,8 +207,6 @@ impl TotalRow {
         for total in &mut totals {
             total.frame_ratio_to_first = first.frame_ms / total.frame_ms;
             total.trace_ratio_to_first = first.trace_ms / total.trace_ms;
-            let again = first.retrace_ms.zip(total.retrace_ms);
-            total.retrace_ratio_to_first = again.map(|(first, own)| first / own);
         }
         totals
     }
@@ -238,15 +232,14 @@ impl TotalRow {
             rotation_ms: sum(|row| row.rotation_ms),
             build_ms: sum(|row| row.build_ms),
             order_ms,
+            first_trace_ms: sum(|row| row.first_trace_ms),
             trace_ms,
-            retrace_ms: later.iter().map(|row| row.retrace_ms).sum(),
             frame_ms,
             median_update_ms: median(|row| row.update_ms),
             median_trace_ms: median(|row| row.trace_ms),
             median_frame_ms: median(|row| row.frame_ms),
             frame_ratio_to_first: 1.0,
             trace_ratio_to_first: 1.0,
-            retrace_ratio_to_first: None,
             order_share: order_ms / frame_ms,
             rebuilds: later.iter().filter(|row| row.rebuilt).count(),
             rotations: later.iter().map(|row| row.rotations).sum(),
@@ -267,8 +260,8 @@ mod tests {
         let order_ms = update_ms / 4.0;
         let update = UpdateStats { refit_ms: update_ms - order_ms, order_ms, ..Default::default() };
         let traced = Traced {
-            trace_ms,
-            retrace_ms: Some(Summary::of(&[trace_ms / 2.0])),
+            first_ms: 2.0 * trace_ms,
+            trace_ms: Summary::of(&[trace_ms]),
             answers: Vec::new(),
             rays: 1000,
             occluded: 250,
@@ -290,7 +283,7 @@ mod tests {
             // The first is far slower.
             let factor = if frame == 3 { 100.0 } else { 1.0 };
             rows.push(row(frame, "a", 8.0 * factor, 4.0 * factor));
-            rows.push(row(frame, "b", 1.0 * factor, 5.0 * factor));
+            rows.push(row(frame, "b", 4.0 * factor, 2.0 * factor));
         }
         let backend = |spec: &str| BackendReport {
             spec: spec.into(),
@@ -298,13 +291,14 @@ mod tests {
             build: Default::default(),
         };
         let [a, b] = TotalRow::all(&[backend("a"), backend("b")], &rows, 3).try_into().unwrap();
-        assert_eq!((a.frames, a.update_ms, a.trace_ms, a.frame_ms), (2, 16.0, 8.0, 24.0));
-        assert_eq!((a.first_build_ms, a.median_frame_ms, a.order_ms), (800.0, 12.0, 4.0));
+        assert_eq!((a.frames, a.update_ms, a.trace_ms, a.frame_ms), (2, 16.0, 8.0, 32.0));
+        assert_eq!((a.first_build_ms, a.median_frame_ms, a.order_ms), (800.0, 16.0, 4.0));
         assert_eq!((a.frame_ratio_to_first, a.trace_ratio_to_first), (1.0, 1.0));
-        assert_eq!((b.frame_ratio_to_first, b.trace_ratio_to_first), (2.0, 0.8));
+        assert_eq!((b.frame_ratio_to_first, b.trace_ratio_to_first), (2.0, 2.0));
+        assert_eq!(a.first_trace_ms, 16.0);
         assert_eq!((a.rays, a.differing_rays, a.differing_per_million), (2000, 3, 1000.0));
         assert_eq!((a.most_memory_bytes, a.rebuilds), (Some(50), 0));
-        assert!((a.order_share - 4.0 / 24.0).abs() < 1e-12);
+        assert!((a.order_share - 4.0 / 32.0).abs() < 1e-12);
         assert!((a.mrays_per_s - 0.25).abs() < 1e-12);
         assert_eq!((rows[0].relative_sah_cost, rows[0].occluded_share), (Some(1.5), 0.25));
     }

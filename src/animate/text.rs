@@ -10,8 +10,8 @@ pub fn animate_text(report: &AnimateReport) -> String {
     let [start, end] = report.frames;
     let mut text = format!(
         "{}: {} triangles, {} of {} objects move\n\
-         frames {start} to {}, {width}x{height} pixels, {} samples each ({}); {} threads on {}; \
-         traced again {} times\n\n",
+         frames {start} to {}, {width}x{height} pixels, {} samples each ({}); {} threads on {}; medians \
+         of {} interleaved rounds\n\n",
         report.scene.name,
         report.scene.triangles,
         report.moving_objects,
@@ -33,10 +33,9 @@ pub fn animate_text(report: &AnimateReport) -> String {
         "update",
         "trace",
         "frame",
-        "ratio",
-        "trace ratio",
         "again",
-        "ratio again",
+        "ratio",
+        "again ratio",
         "order %",
         "Mrays/s",
         "MB",
@@ -51,21 +50,20 @@ pub fn animate_text(report: &AnimateReport) -> String {
             each(total.build_ms),
             each(total.order_ms),
             each(total.update_ms),
-            each(total.trace_ms),
+            each(total.first_trace_ms),
             each(total.frame_ms),
+            each(total.trace_ms),
             format!("{:.2}", total.frame_ratio_to_first),
             format!("{:.2}", total.trace_ratio_to_first),
-            total.retrace_ms.map_or("-".into(), each),
-            total.retrace_ratio_to_first.map_or("-".into(), |ratio| format!("{ratio:.2}")),
             format!("{:.2}", 100.0 * total.order_share),
             format!("{:.2}", total.mrays_per_s),
             total.most_memory_bytes.map_or("-".into(), |b| format!("{:.1}", b as f64 / 1e6)),
         ]);
     }
     let _ = writeln!(text, "{}", times.trim_fmt());
-    text += "milliseconds, means over the frames after the first; trace: the first time after the \
-             update, which counts for the frame; again: rays traced again; ratios: how many times \
-             faster than the first backend\n\n";
+    text += "milliseconds, means over the frames after the first; a frame is its update and the first \
+             answering of its\nrays, with what that builds on demand; again: later rounds; ratios: how \
+             many times faster than the first backend\n\n";
     let first = &report.totals[0].backend;
     for total in &report.totals[1..] {
         let own = &total.backend;

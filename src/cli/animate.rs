@@ -17,8 +17,8 @@ const SAMPLES: u32 = 4;
 
 /// What is compared unless asked otherwise, as far as this build has it.
 const DEFAULTS: [&str; 6] = [
-    "lazy",
     "bvh8",
+    "lazy",
     "embree:quality=medium,update=refit",
     "embree:quality=medium,update=refit,geometries=objects",
     "embree:quality=low,update=rebuild",
@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     /// Scene file (.toml) that says how its geometry moves, or the name of a generator that does
     scene: String,
     /// Backend that follows the scene; repeat it. The first makes the pictures, and is the one that
-    /// others are measured against: see `sato list` [default: lazy, bvh8 and four ways of Embree's
+    /// others are measured against: see `sato list` [default: bvh8, lazy, and four ways of Embree's
     /// where this build has it]
     #[arg(long, value_name = "SPEC", value_parser = parse_backend)]
     backend: Vec<BackendSpec>,
@@ -43,8 +43,8 @@ pub(super) struct Arguments {
     /// Kinds of rays (ao, ao-unbounded, shadow) [default: shadow, or ao without lights]
     #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = parse_pass)]
     rays: Vec<Pass>,
-    /// How often the rays of a frame are traced again, after the time that counts for it
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    /// Timed rounds of tracing in each frame, after the one that counts for it
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     rounds: u32,
     /// Tell how good trees and orders are in each frame, and their memory; slower, as new trees may be
     /// built to compare with, but never within a time

@@ -8,7 +8,7 @@
 mod moving;
 mod regions;
 
-use crate::build::{Leaves, WideCosts, collapse, find, small_tree};
+use crate::build::{Leaves, MOST_SMALL, WideCosts, collapse, find, small_tree};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::trace::wide::TwoLevel;
 use crate::tree::{Bvh8, ScoreAtSplit};
@@ -20,11 +20,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-/// Most triangles of a part: fewer would make the tree over the parts as large as theirs.
+/// Most triangles of a part, for meshes of so many: small parts are built for few rays in vain, but the
+/// tree over them is built before any ray comes.
 ///
 /// Whoever waits for a part's tree must not be given other work meanwhile, as that might need the same
 /// tree: [`small_tree`] works on one thread.
-pub const MOST_IN_PART: usize = 64;
+fn most_in_part(triangles: usize) -> usize {
+    const LEAST: usize = 64;
+    const PARTS: usize = 1 << 16;
+    (triangles / PARTS).next_power_of_two().clamp(LEAST, MOST_SMALL)
+}
 
 /// A mesh in parts.
 pub struct Parts {
@@ -107,7 +112,9 @@ impl Parts {
     /// Adds parts of these triangles.
     fn cut(&mut self, ids: Vec<u32>) {
         let first = self.triangle_ids.len();
-        let regions = regions(&self.mesh, ids, MOST_IN_PART);
+        let most =
+            std::env::var("SATO_PART").map_or(most_in_part(ids.len()), |v| v.parse().unwrap());
+        let regions = regions(&self.mesh, ids, most);
         self.triangle_ids.extend(regions.triangle_ids);
         let shifted = |range: Range<usize>| first + range.start..first + range.end;
         self.parts.extend(regions.ranges.into_iter().map(shifted).map(Part::new));
