@@ -1,6 +1,7 @@
 //! What several test suites share.
 #![allow(dead_code, unused_imports, unreachable_pub, reason = "each suite uses its part")]
 
+pub mod motion;
 pub mod random;
 
 pub use sato::backend::catalogue::{every_spec, varied_specs as all_specs};
