@@ -10,6 +10,7 @@ mod sweep;
 mod top_down;
 
 pub use collapse::{WideCosts, collapse};
+pub(crate) use collapse::{WideScores, collapse_and_keep};
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;

@@ -4,10 +4,17 @@
 mod binary;
 mod policy;
 mod strategy;
+mod wide;
 
 pub(crate) use binary::{BinaryFollower, PlanUpkeep};
 pub use policy::SkiRental;
 pub use strategy::{Strategy, Upkeep};
+pub(crate) use wide::{Ranking, WideFollower};
+
+/// A rotation must make the boxes in between smaller by this share at least: less is not worth the
+/// order that has to be found again, and two rotations that undo each other cannot alternate by
+/// rounding.
+const LEAST_GAIN: f64 = 1e-3;
 
 /// What an update found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

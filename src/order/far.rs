@@ -9,6 +9,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |_, _| Plan::Far,
     depends_on: DependsOn::Nothing,
+    box_score: None,
     plan_kd: Some(|_, _| Plan::Far),
     scores: None,
 };

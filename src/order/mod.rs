@@ -22,7 +22,7 @@ mod upkeep;
 pub use rtsah::line_probability::lines_through_both;
 pub(crate) use upkeep::{DependsOn, KeptOrder};
 
-use crate::geometry::TriangleMesh;
+use crate::geometry::{Aabb, TriangleMesh};
 use crate::ray_set::RaySet;
 use crate::tree::{Bvh2, KdTree, Node2, NodeBits, Plan};
 use rayon::prelude::*;
@@ -40,6 +40,8 @@ pub struct OrderEntry {
     pub plan_bvh2: fn(&Bvh2, &OrderContext<'_>) -> Plan,
     /// What its bits for a binary tree depend on.
     pub(crate) depends_on: DependsOn,
+    /// The score of a child by its box, where that is all that its score depends on.
+    pub(crate) box_score: Option<fn(&Aabb) -> f64>,
     /// The plan for a kd-tree likewise; `None` where the order means nothing for one.
     pub plan_kd: Option<fn(&KdTree, &OrderContext<'_>) -> Plan>,
     /// For trees with more than two children, collapsed from a binary one: a score of each child of

@@ -3,6 +3,7 @@
 //! built by the surface-area heuristic it is the likelier one to hold large occluders.
 
 use super::{DependsOn, OrderEntry, kd, score_each};
+use crate::geometry::Aabb;
 use crate::tree::{Node2, Plan};
 
 pub(super) static ENTRY: OrderEntry = OrderEntry {
@@ -11,6 +12,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_larger.clone()),
     depends_on: DependsOn::Children(Node2::second_is_larger),
+    box_score: Some(Aabb::half_area),
     plan_kd: Some(kd::node_sato),
     scores: Some(|tree, _| score_each(tree, |_, node, side| node.bounds[side].half_area())),
 };

@@ -17,6 +17,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(second_first(tree)),
     depends_on: DependsOn::AllBelow(|| keep(StopOverCost)),
+    box_score: None,
     plan_kd: None,
     scores: Some(|tree, _| scores(tree, &StopOverCost, |_, _, below| below.stop / below.cost)),
 };

@@ -14,6 +14,7 @@ pub(super) static FEWEST: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_fewer.clone()),
     depends_on: DependsOn::Children(|node| node.counts[1] < node.counts[0]),
+    box_score: None,
     plan_kd: Some(kd::prim_num),
     scores: Some(|tree, _| score_each(tree, |_, node, side| -f64::from(node.counts[side]))),
 };
@@ -24,6 +25,7 @@ pub(super) static MOST: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| second_where(tree, |_, node| node.counts[1] > node.counts[0]),
     depends_on: DependsOn::Children(|node| node.counts[1] > node.counts[0]),
+    box_score: None,
     plan_kd: Some(kd::prim_num_most),
     scores: Some(|tree, _| score_each(tree, |_, node, side| f64::from(node.counts[side]))),
 };

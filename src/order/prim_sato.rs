@@ -14,6 +14,7 @@ pub(super) static MEAN: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, Areas::mean),
     depends_on: DependsOn::AllBelow(|| keep(ByTriangleArea { key: Areas::mean })),
+    box_score: None,
     plan_kd: Some(kd::prim_sato_average),
     scores: Some(|tree, _| score(tree, Areas::mean)),
 };
@@ -24,6 +25,7 @@ pub(super) static LARGEST: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, Areas::largest),
     depends_on: DependsOn::AllBelow(|| keep(ByTriangleArea { key: Areas::largest })),
+    box_score: None,
     plan_kd: Some(kd::prim_sato_max),
     scores: Some(|tree, _| score(tree, Areas::largest)),
 };

@@ -8,6 +8,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, context| second_where(tree, |index, _| coin(context.seed, index as u64)),
     depends_on: DependsOn::Nothing,
+    box_score: None,
     plan_kd: Some(|tree, context| {
         kd::upper_where(tree, |index, _| coin(context.seed, index as u64))
     }),

@@ -21,6 +21,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     needs_training: true,
     plan_bvh2: |tree, context| plan(tree, context, Evidence::exact_second_first),
     depends_on: DependsOn::Everything,
+    box_score: None,
     plan_kd: None,
     scores: None,
 };
@@ -31,6 +32,7 @@ pub(super) static BY_RATIO: OrderEntry = OrderEntry {
     needs_training: true,
     plan_bvh2: |tree, context| plan(tree, context, Evidence::ratio_second_first),
     depends_on: DependsOn::Everything,
+    box_score: None,
     plan_kd: None,
     scores: None,
 };

@@ -1,12 +1,15 @@
 //! A tree in pieces, for passes from the leaves to the root on several threads.
 
-use super::{Bvh2, ChildRef, Node2, Node8};
+use super::{Bvh2, Bvh8, ChildRef, Node2, Node8};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Most nodes of a subtree that one thread goes through: enough to be worth a thread's while, few
 /// enough to stay in its cache.
 const SUBTREE_NODES: usize = 4096;
+
+/// Likewise of an eight-wide tree, whose nodes are larger and have more below them.
+const WIDE_SUBTREE_NODES: usize = 512;
 
 /// A node with children.
 pub(crate) trait Inner: Sync {
@@ -50,6 +53,11 @@ impl Pieces {
     /// Of a tree whose nodes lie in depth-first order. The same for any number of threads.
     pub(crate) fn of(tree: &Bvh2) -> Self {
         Self::of_nodes(&tree.nodes, SUBTREE_NODES)
+    }
+
+    /// Likewise of an eight-wide one.
+    pub(crate) fn of_wide(tree: &Bvh8) -> Self {
+        Self::of_nodes(&tree.nodes, WIDE_SUBTREE_NODES)
     }
 
     fn of_nodes(nodes: &[impl Inner], most: usize) -> Self {

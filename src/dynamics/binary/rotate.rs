@@ -8,15 +8,11 @@
 //! node's own box, so what a way gains by the surface-area heuristic is what the boxes of the nodes
 //! in between lose in area.
 
+use super::super::LEAST_GAIN;
 use super::half_area;
 use super::refit::Part;
 use crate::geometry::Aabb;
 use crate::tree::{MAX_DEPTH, Node2, Step};
-
-/// A rotation must make the boxes in between smaller by this share at least: less is not worth the
-/// order that has to be found again, and two rotations that undo each other cannot alternate by
-/// rounding.
-const LEAST_GAIN: f64 = 1e-3;
 
 /// A place for a subtree: a node and a side of it.
 type Place = (usize, usize);

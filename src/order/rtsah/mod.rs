@@ -26,6 +26,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &exact_model()),
     depends_on: DependsOn::AllBelow(|| keep(exact_model())),
+    box_score: None,
     plan_kd: Some(kd::rtsah),
     scores: None,
 };
@@ -36,6 +37,7 @@ pub(super) static PAPER: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &paper_model()),
     depends_on: DependsOn::AllBelow(|| keep(paper_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
 };
@@ -46,6 +48,7 @@ pub(super) static LEAF: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &leaf_model()),
     depends_on: DependsOn::AllBelow(|| keep(leaf_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
 };
@@ -56,6 +59,7 @@ pub(super) static APPROXIMATE: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &approximate_model()),
     depends_on: DependsOn::AllBelow(|| keep(approximate_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
 };
@@ -66,6 +70,7 @@ pub(super) static CLAMPED: OrderEntry = OrderEntry {
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, &clamped_model()),
     depends_on: DependsOn::AllBelow(|| keep(clamped_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
 };
