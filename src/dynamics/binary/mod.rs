@@ -12,9 +12,7 @@ pub(crate) use upkeep::PlanUpkeep;
 
 use super::{Touched, Updated};
 use crate::geometry::{Aabb, TriangleMesh};
-use crate::tree::{
-    Bvh2, Node2, Pieces, SplitNotes, Step, downwards, heights_of, slots_of, split_by,
-};
+use crate::tree::{Bvh2, Pieces, SplitNotes, Step, downwards, heights_of, slots_of, split_by};
 use rayon::prelude::*;
 use refit::Part;
 
@@ -72,36 +70,35 @@ impl BinaryFollower {
         }
         let (top, depths) = self.pieces.downwards(&tree.nodes);
         let (of_top, of_subtrees) = self.touched.split_last_mut().expect("one for the top");
-        let disturbed = match self.disturbed.is_empty() {
-            true => self.pieces.subtrees.iter().map(|_| Default::default()).collect(),
-            false => self.pieces.split(&mut self.disturbed),
+        let disturbed = if self.disturbed.is_empty() {
+            self.pieces.subtrees.iter().map(|_| Default::default()).collect()
+        } else {
+            self.pieces.split(&mut self.disturbed)
         };
-        let parts: Vec<_> = self
-            .pieces
-            .split(&mut tree.nodes)
-            .into_iter()
+        let parts = self.pieces.split(&mut tree.nodes).into_iter();
+        let parts: Vec<_> = parts
             .zip(split_by(&self.slots, &mut tree.triangles))
             .zip(self.pieces.split(&mut self.heights))
             .zip(disturbed)
             .zip(of_subtrees)
-            .collect();
-        let of_part = |steps: &mut Vec<Step>, (index, part): (usize, PartItems<'_>)| {
-            let ((((nodes, triangles), heights), disturbed), touched) = part;
-            let (first, first_slot) = (self.pieces.subtrees[index].start, self.slots[index].start);
-            downwards(nodes, first, depths[index], steps);
-            let mut part = Part {
+            .zip(self.pieces.subtrees.iter().zip(&self.slots))
+            .map(|(((((nodes, triangles), heights), disturbed), touched), (own, slots))| Part {
                 mesh,
                 ids,
                 nodes,
-                first,
+                first: own.start,
                 triangles,
-                first_slot,
+                first_slot: slots.start,
                 heights,
                 disturbed,
                 closed: None,
                 touched,
                 cost: 0.0,
-            };
+            })
+            .collect();
+        let of_part = |steps: &mut Vec<Step>, (index, mut part): (usize, Part<'_>)| {
+            let first = part.first;
+            downwards(part.nodes, first, depths[index], steps);
             (first..first + part.nodes.len()).for_each(|index| part.refit_leaves(index));
             steps.iter().rev().for_each(|step| part.settle(*step, rotates));
             (part.cost, part.touched.rotations)
@@ -142,11 +139,6 @@ impl BinaryFollower {
             + self.pieces.memory_bytes()
     }
 }
-
-type PartItems<'a> = (
-    (((&'a mut [Node2], &'a mut [crate::geometry::Triangle]), &'a mut [u8]), &'a mut [bool]),
-    &'a mut Touched,
-);
 
 /// Of lengths in `f32`, and without asking whether the box is empty: to tell what is worth a closer
 /// look.

@@ -6,7 +6,7 @@ use crate::geometry::{Triangle, Vec3};
 use crate::order::{self, ORDERS, OrderContext};
 use crate::test_motion::{MOTIONS, moved};
 use crate::test_random::Random;
-use crate::tree::{ChildRef, MAX_DEPTH, Plan};
+use crate::tree::{ChildRef, MAX_DEPTH, Node2, Plan};
 
 fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)

@@ -80,14 +80,15 @@ impl WideFollower {
             .zip(self.pieces.split(&mut self.heights))
             .zip(scores)
             .zip(of_subtrees)
-            .map(|((((nodes, leaves), heights), scores), touched)| Part {
+            .zip(self.pieces.subtrees.iter().zip(&self.slots))
+            .map(|(((((nodes, leaves), heights), scores), touched), (own, slots))| Part {
                 mesh,
                 ids,
                 costs,
                 nodes,
-                first: 0,
+                first: own.start,
                 leaves,
-                first_slot: 0,
+                first_slot: slots.start,
                 heights,
                 scores,
                 closed: None,
@@ -95,9 +96,8 @@ impl WideFollower {
                 cost: 0.0,
             })
             .collect();
-        let of_part = |steps: &mut Vec<Step>, (index, part): (usize, Part<'_>)| {
-            let (first, first_slot) = (self.pieces.subtrees[index].start, self.slots[index].start);
-            let mut part = Part { first, first_slot, ..part };
+        let of_part = |steps: &mut Vec<Step>, (index, mut part): (usize, Part<'_>)| {
+            let first = part.first;
             downwards(part.nodes, first, depths[index], steps);
             vectorized(
                 #[inline(always)]
