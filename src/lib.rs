@@ -17,6 +17,7 @@ pub mod order;
 pub mod trace;
 
 pub mod parts;
+pub mod dynamics;
 
 pub mod arbiter;
 pub mod backend;
@@ -44,7 +45,12 @@ pub mod cli;
 #[cfg(test)]
 extern crate self as sato;
 #[cfg(test)]
+#[path = "../tests/common/motion.rs"]
+mod test_motion;
+#[cfg(test)]
 #[path = "../tests/common/random.rs"]
 mod test_random;
+#[cfg(test)]
+use test_random as random;
 
 pub use error::{Error, Result};

@@ -5,6 +5,7 @@ mod bvh2;
 mod bvh8;
 pub mod catalogue;
 mod embree;
+mod following;
 mod kd;
 mod lazy;
 mod mode;

@@ -37,7 +37,8 @@ pub struct UpdateStats {
     /// Boxes and triangles brought up to date, without what the others say; all of the update where
     /// parts cannot be told.
     pub refit_ms: f64,
-    /// Parts of the tree put elsewhere, if that was timed apart from `refit_ms`.
+    /// Parts of the tree put elsewhere, if that was timed apart from `refit_ms`; 0 for native trees,
+    /// which do both in one pass.
     pub rotation_ms: f64,
     /// Building anew, in whole or in part.
     pub build_ms: f64,
@@ -45,9 +46,9 @@ pub struct UpdateStats {
     pub order_ms: f64,
     /// Whether the whole tree was built anew.
     pub rebuilt: bool,
-    /// Nodes whose children were exchanged.
+    /// Nodes at which subtrees below changed places.
     pub rotations: u64,
-    /// Nodes whose order was looked at.
+    /// Nodes whose order was looked at; some may have been looked at more than once, and count so.
     pub order_nodes: u64,
 }
 

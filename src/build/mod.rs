@@ -12,6 +12,7 @@ mod top_down;
 
 pub use collapse::{WideCosts, collapse};
 pub use small::{MOST_SMALL, small_tree};
+pub(crate) use collapse::{WideScores, collapse_and_keep};
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;

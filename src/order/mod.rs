@@ -17,10 +17,12 @@ mod prim_sato;
 mod random;
 mod rtsah;
 mod trained;
+mod upkeep;
 
 pub use rtsah::line_probability::lines_through_both;
+pub(crate) use upkeep::{DependsOn, KeptOrder};
 
-use crate::geometry::TriangleMesh;
+use crate::geometry::{Aabb, TriangleMesh};
 use crate::ray_set::RaySet;
 use crate::tree::{Bvh2, KdTree, Node2, NodeBits, Plan, ScoreAtSplit};
 use rayon::prelude::*;
@@ -36,6 +38,10 @@ pub struct OrderEntry {
     pub needs_training: bool,
     /// The plan for a binary tree, on the current rayon pool. Same for any number of threads.
     pub plan_bvh2: fn(&Bvh2, &OrderContext<'_>) -> Plan,
+    /// What its bits for a binary tree depend on.
+    pub(crate) depends_on: DependsOn,
+    /// The score of a child by its box, where that is all that its score depends on.
+    pub(crate) box_score: Option<fn(&Aabb) -> f64>,
     /// The plan for a kd-tree likewise; `None` where the order means nothing for one.
     pub plan_kd: Option<fn(&KdTree, &OrderContext<'_>) -> Plan>,
     /// For trees with more than two children, collapsed from a binary one: a score of each child of

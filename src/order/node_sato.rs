@@ -2,14 +2,17 @@
 //! Computer Graphics Forum 33(6), 2014): the child with the larger surface area first. In trees
 //! built by the surface-area heuristic it is the likelier one to hold large occluders.
 
-use super::{OrderEntry, kd, score_each};
-use crate::tree::Plan;
+use super::{DependsOn, OrderEntry, kd, score_each};
+use crate::geometry::Aabb;
+use crate::tree::{Node2, Plan};
 
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "node-sato",
     about: "surface-area traversal order: the child with the larger box or cell first",
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_larger.clone()),
+    depends_on: DependsOn::Children(Node2::second_is_larger),
+    box_score: Some(Aabb::half_area),
     plan_kd: Some(kd::node_sato),
     scores: Some(|tree, _| score_each(tree, |_, node, side| node.bounds[side].half_area())),
     at_split: Some(|_, bounds, _| bounds.half_area()),

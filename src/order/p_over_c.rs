@@ -4,9 +4,10 @@
 //! figures come from areas, not from recorded rays. Both children's boxes are tested at once, so
 //! testing them costs nothing extra.
 
-use super::OrderEntry;
 use super::bottom_up::{BottomUp, bottom_up, scores};
 use super::rtsah::{Shares, between};
+use super::upkeep::keep;
+use super::{DependsOn, OrderEntry};
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, NodeBits, Plan};
 
@@ -15,6 +16,8 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     about: "the child with the most chance of stopping a line for its cost first, by areas",
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(second_first(tree)),
+    depends_on: DependsOn::AllBelow(|| keep(StopOverCost)),
+    box_score: None,
     plan_kd: None,
     scores: Some(|tree, _| scores(tree, &StopOverCost, |_, _, below| below.stop / below.cost)),
     at_split: None,

@@ -5,7 +5,7 @@
 //! sorts likewise. The paper does not say which way round for hierarchies of boxes, so the other
 //! one is here too.
 
-use super::{OrderEntry, kd, score_each, second_where};
+use super::{DependsOn, OrderEntry, kd, score_each, second_where};
 use crate::tree::Plan;
 
 pub(super) static FEWEST: OrderEntry = OrderEntry {
@@ -13,6 +13,8 @@ pub(super) static FEWEST: OrderEntry = OrderEntry {
     about: "the child with the fewest triangles first",
     needs_training: false,
     plan_bvh2: |tree, _| Plan::Fixed(tree.notes.second_fewer.clone()),
+    depends_on: DependsOn::Children(|node| node.counts[1] < node.counts[0]),
+    box_score: None,
     plan_kd: Some(kd::prim_num),
     scores: Some(|tree, _| score_each(tree, |_, node, side| -f64::from(node.counts[side]))),
     at_split: Some(|_, _, triangles| -(triangles.len() as f64)),
@@ -23,6 +25,8 @@ pub(super) static MOST: OrderEntry = OrderEntry {
     about: "the child with the most triangles first",
     needs_training: false,
     plan_bvh2: |tree, _| second_where(tree, |_, node| node.counts[1] > node.counts[0]),
+    depends_on: DependsOn::Children(|node| node.counts[1] > node.counts[0]),
+    box_score: None,
     plan_kd: Some(kd::prim_num_most),
     scores: Some(|tree, _| score_each(tree, |_, node, side| f64::from(node.counts[side]))),
     at_split: Some(|_, _, triangles| triangles.len() as f64),

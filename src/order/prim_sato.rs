@@ -3,7 +3,8 @@
 //! by the largest one. Areas are those of whole triangles.
 
 use super::bottom_up::{BottomUp, bottom_up, scores};
-use super::{OrderEntry, Scores, kd};
+use super::upkeep::keep;
+use super::{DependsOn, OrderEntry, Scores, kd};
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, Plan};
 
@@ -12,6 +13,8 @@ pub(super) static MEAN: OrderEntry = OrderEntry {
     about: "surface-area traversal order: the child with the larger mean triangle first",
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, Areas::mean),
+    depends_on: DependsOn::AllBelow(|| keep(ByTriangleArea { key: Areas::mean })),
+    box_score: None,
     plan_kd: Some(kd::prim_sato_average),
     scores: Some(|tree, _| score(tree, Areas::mean)),
     at_split: Some(|mesh, _, triangles| {
@@ -25,6 +28,8 @@ pub(super) static LARGEST: OrderEntry = OrderEntry {
     about: "surface-area traversal order: the child with the largest triangle first",
     needs_training: false,
     plan_bvh2: |tree, _| plan(tree, Areas::largest),
+    depends_on: DependsOn::AllBelow(|| keep(ByTriangleArea { key: Areas::largest })),
+    box_score: None,
     plan_kd: Some(kd::prim_sato_max),
     scores: Some(|tree, _| score(tree, Areas::largest)),
     at_split: Some(|mesh, _, triangles| {

@@ -1,12 +1,14 @@
 //! A coin for every node, tossed once from the seed: the control.
 
-use super::{OrderEntry, kd, score_each, second_where};
+use super::{DependsOn, OrderEntry, kd, score_each, second_where};
 
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "random",
     about: "a fixed coin toss for every node, from the seed: the control",
     needs_training: false,
     plan_bvh2: |tree, context| second_where(tree, |index, _| coin(context.seed, index as u64)),
+    depends_on: DependsOn::Nothing,
+    box_score: None,
     plan_kd: Some(|tree, context| {
         kd::upper_where(tree, |index, _| coin(context.seed, index as u64))
     }),

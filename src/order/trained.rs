@@ -9,7 +9,7 @@
 //! children and are stopped by one of them tell the orders apart. Nodes with few such rays keep the
 //! order that areas give (`p-over-c`).
 
-use super::{OrderContext, OrderEntry, p_over_c};
+use super::{DependsOn, OrderContext, OrderEntry, p_over_c};
 use crate::intersect::PreparedRay;
 use crate::ray::Ray;
 use crate::tree::{Bvh2, ChildRef, NodeBits, Plan};
@@ -20,6 +20,8 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     about: "the cheaper order for recorded rays at each node",
     needs_training: true,
     plan_bvh2: |tree, context| plan(tree, context, Evidence::exact_second_first),
+    depends_on: DependsOn::Everything,
+    box_score: None,
     plan_kd: None,
     scores: None,
     at_split: None,
@@ -30,6 +32,8 @@ pub(super) static BY_RATIO: OrderEntry = OrderEntry {
     about: "the child that stops the most recorded rays for its cost first",
     needs_training: true,
     plan_bvh2: |tree, context| plan(tree, context, Evidence::ratio_second_first),
+    depends_on: DependsOn::Everything,
+    box_score: None,
     plan_kd: None,
     scores: None,
     at_split: None,

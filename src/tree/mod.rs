@@ -5,14 +5,15 @@ mod bvh2;
 mod bvh8;
 mod kd;
 mod notes;
+mod pieces;
 
 pub use bits::NodeBits;
-pub(crate) use bvh2::Pieces;
 pub use bvh2::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
 pub use bvh8::{Bvh8, MAX_WIDE_DEPTH, MAX_WIDE_LEAF, Node8, WIDTH};
-pub(crate) use bvh8::{LEAF_ROWS, write_leaf};
+pub(crate) use bvh8::{LEAF_ROWS, write_leaf, write_leaf_in_lanes};
 pub use kd::{KD_INTERSECTION_COST, KD_MAX_DEPTH, KD_MAX_NODES, KD_TRAVERSAL_COST, KdNode, KdTree};
 pub use notes::SplitNotes;
+pub(crate) use pieces::{Pieces, Step, downwards, heights_of, slots_of, split_by};
 
 use crate::geometry::{Aabb, TriangleMesh};
 

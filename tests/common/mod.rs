@@ -3,6 +3,7 @@
 
 pub mod files;
 pub mod moving;
+pub mod motion;
 pub mod random;
 pub mod truth;
 

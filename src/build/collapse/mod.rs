@@ -23,6 +23,24 @@ pub struct WideCosts {
 }
 
 impl WideCosts {
+    /// Expected cost of a random line through the root's box, in visits of a node: as
+    /// [`Bvh2::sah_cost`], of a tree whose leaves are tested at once.
+    pub fn sah_cost(&self, tree: &Bvh8) -> f64 {
+        let Some(root) = tree.root else { return 0.0 };
+        let visit = |child: ChildRef| {
+            if child.is_leaf() { f64::from(self.leaf(child.leaf_slots().len())) } else { 1.0 }
+        };
+        let of_node = |node: &Node8| {
+            let slots = 0..node.len as usize;
+            slots
+                .map(|slot| visit(node.children[slot]) * node.bounds(slot).half_area())
+                .sum::<f64>()
+        };
+        let below: f64 = tree.nodes.iter().map(of_node).sum();
+        let area = tree.bounds.half_area();
+        visit(root) + if area > 0.0 { below / area } else { 0.0 }
+    }
+
     /// Of a leaf of so many triangles.
     #[inline(always)]
     pub fn leaf(&self, triangles: usize) -> f32 {
@@ -48,21 +66,41 @@ pub fn collapse(
     costs: WideCosts,
     priority: impl Fn(usize, usize) -> f64 + Sync,
 ) -> Bvh8 {
+    collapse_and_keep(tree, costs, priority, false).0
+}
+
+/// The scores of a wide node's children, slot by slot; least possible for empty slots.
+pub(crate) type WideScores = [f32; WIDTH];
+
+/// As [`collapse`], and each node's scores if they are to be kept.
+pub(crate) fn collapse_and_keep(
+    tree: &Bvh2,
+    costs: WideCosts,
+    priority: impl Fn(usize, usize) -> f64 + Sync,
+    keeps_scores: bool,
+) -> (Bvh8, Vec<WideScores>) {
     let count = tree.triangles.len();
     // Not touched before each thread fills its part.
     let mut leaves = vec![0.0; count * LEAF_ROWS + WIDTH];
     let mut triangle_ids = vec![0; count];
     let mut nodes = Vec::new();
+    let mut scores = Vec::new();
     let root = tree.root.map(|root| {
         let plans = plans(tree, costs);
-        let collapse = Collapse { tree, plans, priority };
+        let collapse = Collapse { tree, plans, priority, keeps_scores };
         let mut pieces = Vec::new();
         collapse.cut_up(root, &mut 0, &mut pieces);
         let places = collapse.fill(&mut pieces, &mut leaves, &mut triangle_ids);
+        if keeps_scores {
+            scores.extend(pieces.iter().flat_map(|piece| match piece {
+                Piece::Node(_, scores) => std::slice::from_ref(scores),
+                Piece::Subtree(subtree) => subtree.scores.as_slice(),
+            }));
+        }
         join(&pieces, &places, &mut nodes)
     });
     let (id, bounds) = (Bvh8::new_id(), tree.bounds);
-    Bvh8 { nodes, root, id, bounds, leaves, triangle_ids }
+    (Bvh8 { nodes, root, id, bounds, leaves, triangle_ids }, scores)
 }
 
 /// A child of a wide node to be.
@@ -76,7 +114,7 @@ struct Child {
 /// A part of the wide tree, in depth-first order.
 enum Piece {
     /// A node above the subtrees, its children given by the pieces with which they begin.
-    Node(Box<Node8>),
+    Node(Box<Node8>, WideScores),
     /// What becomes of a subtree of the binary tree.
     Subtree(Subtree),
 }
@@ -88,12 +126,15 @@ struct Subtree {
     first_slot: usize,
     /// Its nodes, none yet or with their children counted from the first of them.
     nodes: Vec<Node8>,
+    /// Of its nodes, if they are kept.
+    scores: Vec<WideScores>,
     root: ChildRef,
 }
 
 /// What one thread fills.
 struct Output<'a> {
     nodes: &'a mut Vec<Node8>,
+    scores: &'a mut Vec<WideScores>,
     leaves: &'a mut [f32],
     triangle_ids: &'a mut [u32],
     first_slot: usize,
@@ -105,6 +146,7 @@ struct Collapse<'a, P> {
     tree: &'a Bvh2,
     plans: Vec<Plan>,
     priority: P,
+    keeps_scores: bool,
 }
 
 impl<P: Fn(usize, usize) -> f64 + Sync> Collapse<'_, P> {
@@ -113,19 +155,25 @@ impl<P: Fn(usize, usize) -> f64 + Sync> Collapse<'_, P> {
         let triangles = self.triangles(binary);
         let children = if triangles > SUBTREE_TRIANGLES { self.children(binary) } else { None };
         let Some(children) = children else {
-            let (first_slot, nodes, root) = (*slot, Vec::new(), ChildRef::UNUSED);
-            pieces.push(Piece::Subtree(Subtree { binary, triangles, first_slot, nodes, root }));
+            pieces.push(Piece::Subtree(Subtree {
+                binary,
+                triangles,
+                first_slot: *slot,
+                nodes: Vec::new(),
+                scores: Vec::new(),
+                root: ChildRef::UNUSED,
+            }));
             *slot += triangles;
             return;
         };
         let own = pieces.len();
         let mut node = children.node();
-        pieces.push(Piece::Node(Box::new(node)));
+        pieces.push(Piece::Node(Box::new(node), children.scores()));
         for (child, reference) in children.iter().zip(&mut node.children) {
             *reference = ChildRef::inner(pieces.len());
             self.cut_up(child.binary, slot, pieces);
         }
-        pieces[own] = Piece::Node(Box::new(node));
+        pieces[own] = Piece::Node(Box::new(node), children.scores());
     }
 
     /// Lays out all subtrees, and returns for each piece the index of its first node.
@@ -148,15 +196,15 @@ impl<P: Fn(usize, usize) -> f64 + Sync> Collapse<'_, P> {
         }
         tasks.into_par_iter().for_each(|(subtree, leaves, triangle_ids)| {
             let first_slot = subtree.first_slot;
-            let nodes = &mut subtree.nodes;
-            let mut output = Output { nodes, leaves, triangle_ids, first_slot, used: 0 };
+            let Subtree { nodes, scores, .. } = subtree;
+            let mut output = Output { nodes, scores, leaves, triangle_ids, first_slot, used: 0 };
             subtree.root = self.emit(subtree.binary, &mut output);
         });
         let mut next = 0;
         let mut place = |piece: &Piece| {
             let place = next;
             next += match piece {
-                Piece::Node(_) => 1,
+                Piece::Node(..) => 1,
                 Piece::Subtree(subtree) => subtree.nodes.len(),
             };
             place
@@ -169,6 +217,9 @@ impl<P: Fn(usize, usize) -> f64 + Sync> Collapse<'_, P> {
         let Some(children) = self.children(binary) else { return self.emit_leaf(binary, output) };
         let index = output.nodes.len();
         output.nodes.push(children.node());
+        if self.keeps_scores {
+            output.scores.push(children.scores());
+        }
         for (slot, child) in children.iter().enumerate() {
             output.nodes[index].children[slot] = self.emit(child.binary, output);
         }
@@ -275,6 +326,13 @@ impl Children {
         self.all[..self.len].iter()
     }
 
+    fn scores(&self) -> WideScores {
+        let mut scores = [f32::NEG_INFINITY; WIDTH];
+        let all = scores.iter_mut().zip(self.iter());
+        all.for_each(|(score, child)| *score = child.score as f32);
+        scores
+    }
+
     /// The node, without references to its children.
     fn node(&self) -> Node8 {
         let placed = self.all.map(|child| (ChildRef::UNUSED, child.bounds));
@@ -288,17 +346,17 @@ fn join(pieces: &[Piece], places: &[usize], nodes: &mut Vec<Node8>) -> ChildRef 
         if child.is_leaf() { child } else { ChildRef::inner(child.node_index() + by) }
     };
     let begins = |piece: usize| match &pieces[piece] {
-        Piece::Node(_) => ChildRef::inner(places[piece]),
+        Piece::Node(..) => ChildRef::inner(places[piece]),
         Piece::Subtree(subtree) => moved(subtree.root, places[piece]),
     };
     let count = pieces.last().zip(places.last()).map_or(0, |(piece, place)| match piece {
-        Piece::Node(_) => place + 1,
+        Piece::Node(..) => place + 1,
         Piece::Subtree(subtree) => place + subtree.nodes.len(),
     });
     nodes.reserve_exact(count);
     for (piece, &place) in pieces.iter().zip(places) {
         match piece {
-            Piece::Node(node) => {
+            Piece::Node(node, _) => {
                 let mut node = **node;
                 let count = node.len as usize;
                 node.children[..count].iter_mut().for_each(|c| *c = begins(c.node_index()));
@@ -316,58 +374,4 @@ fn join(pieces: &[Piece], places: &[usize], nodes: &mut Vec<Node8>) -> ChildRef 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::build::{Leaves, find};
-    use crate::test_random::Random;
-
-    #[test]
-    fn trees_of_every_small_size_are_valid() {
-        for count in 0..70 {
-            let mesh = Random::new(count as u64).mesh(count);
-            let binary = (find("binned").unwrap().build)(&mesh, Leaves::Wide);
-            binary.validate(&mesh).unwrap();
-            for triangle in [0.0, 0.1, 10.0] {
-                let costs = WideCosts { triangle, ..WideCosts::default() };
-                collapse(&binary, costs, |_, _| 0.0).validate(&mesh).unwrap();
-            }
-        }
-    }
-
-    #[test]
-    fn costs_decide_on_leaves_and_scores_on_the_order() {
-        let mesh = Random::new(9).mesh(5000);
-        let binary = (find("binned").unwrap().build)(&mesh, Leaves::Wide);
-        let area = |node: usize, side: usize| binary.nodes[node].bounds[side].half_area();
-        let of = |triangle| collapse(&binary, WideCosts { leaf: 1.0, triangle }, area);
-        let (cheap, dear) = (of(0.0), of(1e3));
-        assert!(2 * cheap.leaf_count() < dear.leaf_count(), "{} leaves", cheap.leaf_count());
-        // None is put together.
-        assert_eq!(dear.leaf_count(), binary.leaf_count());
-        for node in &cheap.nodes {
-            let areas: Vec<_> =
-                (0..node.len as usize).map(|s| node.bounds(s).half_area()).collect();
-            assert!(areas.is_sorted_by(|a, b| a >= b), "{areas:?}");
-        }
-        let children: u32 = dear.nodes.iter().map(|node| node.len).sum();
-        let filled = f64::from(children) / (8.0 * dear.nodes.len() as f64);
-        assert!(filled > 0.5, "{filled} of the slots are filled");
-    }
-
-    #[test]
-    fn the_validator_sees_what_is_wrong() {
-        let mesh = Random::new(10).mesh(300);
-        let binary = (find("binned").unwrap().build)(&mesh, Leaves::Wide);
-        let good = collapse(&binary, WideCosts::default(), |_, _| 0.0);
-        let broken = |change: fn(&mut Bvh8)| {
-            let mut tree = good.clone();
-            change(&mut tree);
-            tree.validate(&mesh).unwrap_err()
-        };
-        assert!(broken(|t| t.nodes[0].planes[1][0][0] -= 1.0).contains("box"));
-        assert!(broken(|t| t.nodes[0].children.swap(0, 1)).contains("box"));
-        assert!(broken(|t| t.triangle_ids.swap(0, 299)).contains("corners"));
-        assert!(broken(|t| t.nodes[0].len -= 1).contains("children"));
-        assert!(broken(|t| t.leaves.truncate(100)).contains("numbers"));
-    }
-}
+mod tests;

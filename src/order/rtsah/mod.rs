@@ -10,7 +10,8 @@ mod reference;
 mod tests;
 
 use super::bottom_up::{BottomUp, bottom_up};
-use super::{OrderEntry, kd};
+use super::upkeep::keep;
+use super::{DependsOn, OrderEntry, kd};
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, Plan};
 use line_probability::lines_through_both;
@@ -23,7 +24,9 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     name: "rtsah",
     about: "ray termination surface-area heuristic: the cheaper order for random lines",
     needs_training: false,
-    plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: corrected, pass: opaque }),
+    plan_bvh2: |tree, _| plan(tree, &exact_model()),
+    depends_on: DependsOn::AllBelow(|| keep(exact_model())),
+    box_score: None,
     plan_kd: Some(kd::rtsah),
     scores: None,
     at_split: None,
@@ -33,7 +36,9 @@ pub(super) static PAPER: OrderEntry = OrderEntry {
     name: "rtsah-paper",
     about: "rtsah as published: without the second box test of a line that survives one child",
     needs_training: false,
-    plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: published, pass: opaque }),
+    plan_bvh2: |tree, _| plan(tree, &paper_model()),
+    depends_on: DependsOn::AllBelow(|| keep(paper_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
     at_split: None,
@@ -43,7 +48,9 @@ pub(super) static LEAF: OrderEntry = OrderEntry {
     name: "rtsah-leaf",
     about: "rtsah with leaves that stop a line as likely as their triangles' areas say",
     needs_training: false,
-    plan_bvh2: |tree, _| plan(tree, &Rtsah { both: exact, cost: corrected, pass: between }),
+    plan_bvh2: |tree, _| plan(tree, &leaf_model()),
+    depends_on: DependsOn::AllBelow(|| keep(leaf_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
     at_split: None,
@@ -53,7 +60,9 @@ pub(super) static APPROXIMATE: OrderEntry = OrderEntry {
     name: "rtsah-approx",
     about: "rtsah as if the children's boxes filled their parent's",
     needs_training: false,
-    plan_bvh2: |tree, _| plan(tree, &Rtsah { both: filled, cost: corrected, pass: opaque }),
+    plan_bvh2: |tree, _| plan(tree, &approximate_model()),
+    depends_on: DependsOn::AllBelow(|| keep(approximate_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
     at_split: None,
@@ -63,7 +72,9 @@ pub(super) static CLAMPED: OrderEntry = OrderEntry {
     name: "rtsah-approx-clamped",
     about: "rtsah-approx with probabilities kept from falling below 0",
     needs_training: false,
-    plan_bvh2: |tree, _| plan(tree, &Rtsah { both: filled_or_0, cost: corrected, pass: opaque }),
+    plan_bvh2: |tree, _| plan(tree, &clamped_model()),
+    depends_on: DependsOn::AllBelow(|| keep(clamped_model())),
+    box_score: None,
     plan_kd: None,
     scores: None,
     at_split: None,
@@ -81,6 +92,26 @@ struct Rtsah<B, C, P> {
     cost: C,
     /// Probability that a line which hits a leaf's box passes.
     pass: P,
+}
+
+fn exact_model() -> impl BottomUp {
+    Rtsah { both: exact, cost: corrected, pass: opaque }
+}
+
+fn paper_model() -> impl BottomUp {
+    Rtsah { both: exact, cost: published, pass: opaque }
+}
+
+fn leaf_model() -> impl BottomUp {
+    Rtsah { both: exact, cost: corrected, pass: between }
+}
+
+fn approximate_model() -> impl BottomUp {
+    Rtsah { both: filled, cost: corrected, pass: opaque }
+}
+
+fn clamped_model() -> impl BottomUp {
+    Rtsah { both: filled_or_0, cost: corrected, pass: opaque }
 }
 
 /// What a random line that hits a subtree's box can expect.

@@ -1,9 +1,6 @@
 //! The binary bounding volume hierarchy.
 
-mod pieces;
 mod validate;
-
-pub(crate) use pieces::Pieces;
 
 use super::SplitNotes;
 use crate::geometry::{Aabb, Triangle};
@@ -96,8 +93,9 @@ impl Node2 {
 
 /// A binary tree over the triangles of a mesh.
 ///
-/// Nodes lie in depth-first order, a parent before its children. Each triangle lies in one leaf, or,
-/// where the builder splits triangles, in one or several.
+/// Nodes lie in depth-first order, a parent before its children, until some change places as their
+/// triangles move. Each triangle lies in one leaf, or, where the builder splits triangles, in one or
+/// several.
 #[derive(Clone, Debug)]
 pub struct Bvh2 {
     /// Inner nodes.
@@ -110,7 +108,7 @@ pub struct Bvh2 {
     pub triangles: Vec<Triangle>,
     /// For each slot of `triangles`, its index in the mesh.
     pub triangle_ids: Vec<u32>,
-    /// What the builder noted of each split.
+    /// What the builder noted of each split; nothing where triangles have moved since.
     pub notes: SplitNotes,
 }
 
@@ -125,6 +123,39 @@ impl Bvh2 {
     ) -> Self {
         let notes = SplitNotes::of(&nodes);
         Self { nodes, root, bounds, triangles, triangle_ids, notes }
+    }
+
+    /// The same tree with nodes and leaves in depth-first order, with its notes, and for each of its
+    /// nodes the index here.
+    pub fn in_depth_first_order(&self) -> (Self, Vec<u32>) {
+        let mut places = Vec::with_capacity(self.nodes.len());
+        let mut nodes: Vec<Node2> = Vec::with_capacity(self.nodes.len());
+        let mut slots = Vec::with_capacity(self.triangles.len());
+        // With the node that it is a child of, and on which side.
+        let mut pending: Vec<_> = self.root.map(|root| (root, None)).into_iter().collect();
+        let mut new_root = None;
+        while let Some((child, parent)) = pending.pop() {
+            let moved = if child.is_leaf() {
+                let first = slots.len();
+                slots.extend(child.leaf_slots());
+                ChildRef::leaf(first, child.leaf_slots().len())
+            } else {
+                let (old, new) = (child.node_index(), nodes.len());
+                places.push(old as u32);
+                nodes.push(self.nodes[old]);
+                let [lower, upper] = self.nodes[old].children;
+                pending.push((upper, Some((new, 1))));
+                pending.push((lower, Some((new, 0))));
+                ChildRef::inner(new)
+            };
+            match parent {
+                Some((index, side)) => nodes[index].children[side] = moved,
+                None => new_root = Some(moved),
+            }
+        }
+        let triangles = slots.iter().map(|&slot| self.triangles[slot]).collect();
+        let triangle_ids = slots.iter().map(|&slot| self.triangle_ids[slot]).collect();
+        (Self::new(nodes, new_root, self.bounds, triangles, triangle_ids), places)
     }
 
     /// Bytes of all arrays.

@@ -16,6 +16,9 @@ struct State {
     reached: usize,
     /// For each slot, the box of its leaf.
     leaf_of: Vec<Option<Aabb>>,
+    /// For each node whether it was reached.
+    seen: Vec<bool>,
+    has_moved: bool,
 }
 
 impl Bvh2 {
@@ -29,8 +32,28 @@ impl Bvh2 {
     /// # Errors
     /// What is wrong, naming the node, slot or triangle.
     pub fn validate(&self, mesh: &TriangleMesh) -> Result<(), String> {
+        self.validate_as(mesh, false)?;
+        self.validate_notes()
+    }
+
+    /// As [`validate`](Self::validate) of a tree whose triangles have moved since it was built: in
+    /// any order of nodes, without notes, and with boxes that are exactly those of the whole triangles
+    /// below.
+    ///
+    /// # Errors
+    /// What is wrong, naming the node, slot or triangle.
+    pub fn validate_moved(&self, mesh: &TriangleMesh) -> Result<(), String> {
+        if !self.notes.is_empty() {
+            return Err("notes of a tree that has moved".into());
+        }
+        self.validate_as(mesh, true)
+    }
+
+    fn validate_as(&self, mesh: &TriangleMesh, has_moved: bool) -> Result<(), String> {
         let slots = self.slots_by_triangle(mesh)?;
-        let mut state = State { reached: 0, leaf_of: vec![None; self.triangles.len()] };
+        let leaf_of = vec![None; self.triangles.len()];
+        let mut state =
+            State { reached: 0, leaf_of, seen: vec![false; self.nodes.len()], has_moved };
         match self.root {
             None if mesh.is_empty() => {}
             None => return Err("no root".into()),
@@ -44,7 +67,6 @@ impl Bvh2 {
         if state.reached != self.nodes.len() {
             return Err(format!("{} of {} nodes are reached", state.reached, self.nodes.len()));
         }
-        self.validate_notes()?;
         for slots in &slots {
             self.validate_cover(slots, &state.leaf_of)?;
         }
@@ -105,10 +127,13 @@ impl Bvh2 {
         }
         state.reached += 1;
         let node = self.nodes.get(index).ok_or_else(|| format!("no node {index}"))?;
+        if std::mem::replace(&mut state.seen[index], true) {
+            return Err(format!("node {index} is reached twice"));
+        }
         let mut all = Found { bounds: Aabb::EMPTY, count: 0 };
         for side in 0..2 {
             let child = node.children[side];
-            if !child.is_leaf() && child.node_index() <= index {
+            if !state.has_moved && !child.is_leaf() && child.node_index() <= index {
                 return Err(format!("node {index}: a child before its parent"));
             }
             let found = self.validate_child(child, &node.bounds[side], depth + 1, state)?;
@@ -139,6 +164,9 @@ impl Bvh2 {
             }
             state.leaf_of[slot] = Some(*bounds);
             around = around.union(self.triangles[slot].bounds());
+        }
+        if state.has_moved && *bounds != around {
+            return Err(format!("leaf {range:?}: {bounds:?} is not {around:?}"));
         }
         if bounds.is_empty() || !around.contains(bounds) {
             return Err(format!("leaf {range:?}: {bounds:?} is more than {around:?}"));

@@ -1,7 +1,11 @@
 //! The binary tree: any builder, any order, ray by ray or in packets.
 
+mod moving;
+
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key, mode};
+use super::{
+    Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key, following, mode,
+};
 use crate::geometry::Aabb;
 use crate::intersect::{Exact, Fast, Mode};
 use crate::order::OrderContext;
@@ -48,11 +52,11 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         },
         mode::KEY,
     ],
-    moving_keys: &[],
+    moving_keys: following::KEYS,
     unavailable: None,
     check: None,
     build: |spec, context| Ok(Box::new(Bvh2Backend::new(spec, context)?)),
-    build_moving: None,
+    build_moving: Some(moving::build),
 };
 
 struct Bvh2Backend {
@@ -72,10 +76,9 @@ impl Bvh2Backend {
             return Err(failed(format!("order={} needs recorded rays to learn from", order.name)));
         }
         let built = context.trees.bvh2(builder, build::Leaves::Fit).map_err(failed)?;
-        let tree = &built.tree;
         let start = Instant::now();
         let plan = (order.plan_bvh2)(
-            tree,
+            &built.tree,
             &OrderContext {
                 mesh: &context.scene.mesh,
                 seed: context.seed,
@@ -83,7 +86,19 @@ impl Bvh2Backend {
             },
         );
         let order_ms = start.elapsed().as_secs_f64() * 1e3;
-        let references = tree.triangles.len() as f64 / context.scene.mesh.len().max(1) as f64;
+        Ok(Self::of(spec, built, plan, order_ms, context.scene.mesh.len()))
+    }
+
+    /// Of a tree over so many triangles, and a plan that took `order_ms`.
+    fn of(
+        spec: &BackendSpec,
+        built: Arc<Built<Bvh2>>,
+        plan: Plan,
+        order_ms: f64,
+        triangles: usize,
+    ) -> Self {
+        let tree = &built.tree;
+        let references = tree.triangles.len() as f64 / triangles.max(1) as f64;
         let notes = (references > 1.0).then(|| format!("{references:.2} references per triangle"));
         let stats = BuildStats {
             build_ms: built.build_ms,
@@ -95,7 +110,7 @@ impl Bvh2Backend {
             notes: notes.into_iter().collect(),
         };
         let in_packets = spec.value("trace") == "packet";
-        Ok(Self { built, plan, mode: mode::of(spec), in_packets, stats })
+        Self { built, plan, mode: mode::of(spec), in_packets, stats }
     }
 
     fn any_hit<C: Counter>(&self, from: Option<ChildRef>, ray: &Ray, counter: &mut C) -> bool {

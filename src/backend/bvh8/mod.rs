@@ -1,7 +1,9 @@
 //! The eight-wide tree: collapsed from a binary one, any order that is a score, traced by streams.
 
+mod moving;
+
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key, mode};
+use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key, following, mode};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::Mode;
 use crate::order::{self, OrderContext};
@@ -43,11 +45,11 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
         },
         mode::KEY,
     ],
-    moving_keys: &[],
+    moving_keys: following::KEYS,
     unavailable: None,
     check: None,
     build: |spec, context| Ok(Box::new(Bvh8Backend::new(spec, context)?)),
-    build_moving: None,
+    build_moving: Some(moving::build),
 };
 
 /// Values of `trace=`.
@@ -102,9 +104,21 @@ impl Bvh8Backend {
         let tree =
             build::collapse(binary, build::WideCosts::default(), |node, side| scores[node][side]);
         let order_ms = (ordered - start).as_secs_f64() * 1e3;
+        let build_ms = shared.build_ms + start.elapsed().as_secs_f64() * 1e3 - order_ms;
+        let mesh = context.scene.mesh.clone();
+        Ok(Self::of(spec, tree, mesh, [build_ms, order_ms]))
+    }
+
+    /// Of a tree over `mesh`, and what building and ordering it took.
+    fn of(
+        spec: &BackendSpec,
+        tree: Bvh8,
+        mesh: Arc<TriangleMesh>,
+        [build_ms, order_ms]: [f64; 2],
+    ) -> Self {
         let instructions = Instructions::detect();
         let stats = BuildStats {
-            build_ms: shared.build_ms + start.elapsed().as_secs_f64() * 1e3 - order_ms,
+            build_ms,
             order_ms,
             memory_bytes: tree.memory_bytes(),
             inner_nodes: Some(tree.nodes.len() as u64),
@@ -113,8 +127,7 @@ impl Bvh8Backend {
             notes: vec![instructions.name().into()],
         };
         let way = way_of(spec);
-        let mesh = context.scene.mesh.clone();
-        Ok(Self { tree, mesh, mode: mode::of(spec), instructions, way, stats })
+        Self { tree, mesh, mode: mode::of(spec), instructions, way, stats }
     }
 
     fn query<'a>(&'a self, entry: &'a Entry) -> Query<'a> {
