@@ -55,7 +55,7 @@ fn plan(scene: &Scene, folder: &Path, backends: &[&str]) -> Plan {
 fn every_frame_is_the_picture_that_a_new_tree_makes() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene(81);
-    // Camera rays must not build what shadow rays are to pay for: the second backend answers them.
+    // Camera rays must not build what shadow rays are to pay for: a tree of their own answers them.
     let plan = plan(&scene, folder.path(), &["lazy", "bvh2", "brute"]);
     let steps = Cell::new((0, 0));
     let report = run(&scene, &plan, &|done, total| {
