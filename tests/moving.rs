@@ -10,10 +10,11 @@ use sato::backend::{
 };
 use sato::build::BUILDERS;
 use sato::dynamics::{Strategy, Upkeep};
-use sato::geometry::TriangleMesh;
+use sato::geometry::{TriangleMesh, Vec3};
 use sato::order::ORDERS;
 use sato::ray::{Ray, RayBatch, VisitCounts, words_for};
 use sato::ray_set::RaySet;
+use sato::trace::shaft::{Budget, Entry, Shaft, View};
 use std::sync::Arc;
 
 fn moving(spec: &str, mesh: &TriangleMesh) -> sato::Result<Box<dyn MovingAccelerator>> {
@@ -34,7 +35,7 @@ fn rays(mesh: &TriangleMesh, seed: u64, count: usize) -> Vec<Ray> {
     let bounds = mesh.bounds();
     let inside = |random: &mut Random| {
         let [x, y, z] = [random.unit(), random.unit(), random.unit()];
-        bounds.min + (bounds.max - bounds.min) * sato::geometry::Vec3::new(x, y, z)
+        bounds.min + (bounds.max - bounds.min) * Vec3::new(x, y, z)
     };
     (0..count)
         .map(|index| {
@@ -171,6 +172,59 @@ fn threads_do_not_show() {
             assert!(follow(1) == follow(2), "{spec}");
         }
     }
+}
+
+/// What is said of a shaft through a tree that has moved is true of its rays, and so are answers from
+/// the subtrees that it meets.
+#[test]
+fn looks_through_moved_trees_are_true() {
+    let mut random = Random::new(0x2f1);
+    let mesh = random.mesh(2000);
+    let budget = Budget { nodes: 100, triangles: 50 };
+    let mut views = [0; 3];
+    let mut from_parts = 0;
+    for spec in ["bvh2:update=rotate", "bvh8:update=rotate", "bvh8:builder=spatial,update=refit"] {
+        let mut backend = moving(spec, &mesh).unwrap();
+        for (way, frame) in [Way::Explode, Way::Deform, Way::Shuffle].iter().zip(0..) {
+            let mesh = Arc::new(moved(&mesh, *way, frame));
+            backend.update(Arc::clone(&mesh)).unwrap();
+            let brute = common::built(&"brute".parse().unwrap(), &scene_of((*mesh).clone()));
+            let accelerator = backend.accelerator();
+            let bounds = accelerator.looks_within().unwrap();
+            assert_eq!(bounds, mesh.bounds());
+            for _ in 0..150 {
+                let (origin, normal) = (random.point(), random.point().normalize_or(Vec3::X));
+                let radius = [0.05, 0.3, f32::INFINITY][random.bits() as usize % 3];
+                let origins = [origin];
+                let normal_in_full = Some(normal.as_dvec3());
+                let shaft = Shaft::hemisphere(&origins, normal_in_full, radius, &bounds).unwrap();
+                let mut entry = Entry::WHOLE;
+                let view = accelerator.look(&shaft, &Entry::WHOLE, budget, &mut entry);
+                let rays: Vec<_> = (0..40)
+                    .map(|_| {
+                        let aim = random.point().normalize_or(normal);
+                        let aim = if aim.dot(normal) < 0.01 { aim + normal * 1.1 } else { aim };
+                        Ray::new(origin, aim.normalize(), radius)
+                    })
+                    .collect();
+                let expected = occluded(brute.as_ref(), &rays);
+                let hits: u32 = expected.iter().map(|word| word.count_ones()).sum();
+                match view {
+                    View::Open => assert_eq!(hits, 0, "{spec} {way:?} {origin}"),
+                    View::Blocked => assert_eq!(hits, 40, "{spec} {way:?} {origin}"),
+                    View::Partly => {
+                        let mut answers = vec![0; words_for(rays.len())];
+                        let batch = RayBatch { rays: &rays };
+                        accelerator.occluded_from(&entry, &batch, &mut answers);
+                        assert_eq!(answers, expected, "{spec} {way:?} {origin}");
+                        from_parts += usize::from(entry.parts().is_some());
+                    }
+                }
+                views[view as usize] += 1;
+            }
+        }
+    }
+    assert!(views[0] > 50 && views[2] > 50 && from_parts > 50, "{views:?} {from_parts}");
 }
 
 #[test]
