@@ -16,8 +16,8 @@ pub mod build;
 pub mod order;
 pub mod trace;
 
-pub mod parts;
 pub mod dynamics;
+pub mod parts;
 
 pub mod arbiter;
 pub mod backend;

@@ -11,8 +11,8 @@ mod sweep;
 mod top_down;
 
 pub use collapse::{WideCosts, collapse};
-pub use small::{MOST_SMALL, small_tree};
 pub(crate) use collapse::{WideScores, collapse_and_keep};
+pub use small::{MOST_SMALL, small_tree};
 
 use crate::geometry::TriangleMesh;
 use crate::tree::Bvh2;

@@ -7,7 +7,7 @@
 use super::bottom_up::{BottomUp, bottom_up, scores};
 use super::rtsah::{Shares, between};
 use super::upkeep::keep;
-use super::{DependsOn, OrderEntry};
+use super::{DependsOn, OrderEntry, Scores};
 use crate::geometry::{Aabb, Triangle};
 use crate::tree::{Bvh2, Node2, NodeBits, Plan};
 
@@ -19,9 +19,13 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     depends_on: DependsOn::AllBelow(|| keep(StopOverCost)),
     box_score: None,
     plan_kd: None,
-    scores: Some(|tree, _| scores(tree, &StopOverCost, |_, _, below| below.stop / below.cost)),
+    scores: Some(|tree, _| scores_of(tree)),
     at_split: None,
 };
+
+pub(super) fn scores_of(tree: &Bvh2) -> Scores {
+    scores(tree, &StopOverCost, |_, _, below| below.stop / below.cost)
+}
 
 pub(super) fn second_first(tree: &Bvh2) -> NodeBits {
     bottom_up(tree, &StopOverCost).0

@@ -9,11 +9,11 @@
 //! children and are stopped by one of them tell the orders apart. Nodes with few such rays keep the
 //! order that areas give (`p-over-c`).
 
-use super::{DependsOn, OrderContext, OrderEntry, p_over_c};
+use super::{DependsOn, OrderContext, OrderEntry, Scores, p_over_c};
 use crate::intersect::PreparedRay;
 use crate::ray::Ray;
 use crate::tree::{Bvh2, ChildRef, NodeBits, Plan};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 pub(super) static EXACT: OrderEntry = OrderEntry {
     name: "trained",
@@ -35,7 +35,7 @@ pub(super) static BY_RATIO: OrderEntry = OrderEntry {
     depends_on: DependsOn::Everything,
     box_score: None,
     plan_kd: None,
-    scores: None,
+    scores: Some(scores),
     at_split: None,
 };
 
@@ -59,6 +59,20 @@ fn plan(tree: &Bvh2, context: &OrderContext<'_>, decide: Decision) -> Plan {
     Plan::Fixed(learn(tree, by_areas, set.rays().iter().step_by(stride), decide).0)
 }
 
+/// Rays stopped over their cost, or what areas expect of a line where few rays decide: the same unit.
+fn scores(tree: &Bvh2, context: &OrderContext<'_>) -> Scores {
+    let by_areas = p_over_c::scores_of(tree);
+    let Some(set) = context.training else { return by_areas };
+    let stride = set.len().div_ceil(MOST_RAYS).max(1);
+    let known = p_over_c::second_first(tree);
+    let rays = set.rays().iter().step_by(stride);
+    let ratios: Vec<_> =
+        by_areas.iter().map(|scores| scores.map(|s| AtomicU64::new(s.to_bits()))).collect();
+    learn_with(tree, known, rays, Evidence::ratio_second_first, Some(&ratios));
+    let scores = ratios.into_iter();
+    scores.map(|of_node| of_node.map(|bits| f64::from_bits(bits.into_inner()))).collect()
+}
+
 /// The order of all nodes, `known` where rays do not decide, and what each ray that meets the tree
 /// visits under it.
 fn learn<'a>(
@@ -67,6 +81,17 @@ fn learn<'a>(
     rays: impl Iterator<Item = &'a Ray>,
     decide: Decision,
 ) -> (NodeBits, Vec<Visit>) {
+    learn_with(tree, known, rays, decide, None)
+}
+
+/// As [`learn`]; where rays decide, each child's stopped rays over their cost go to `ratios`, as bits.
+fn learn_with<'a>(
+    tree: &Bvh2,
+    known: NodeBits,
+    rays: impl Iterator<Item = &'a Ray>,
+    decide: Decision,
+    ratios: Option<&[[AtomicU64; 2]]>,
+) -> (NodeBits, Vec<Visit>) {
     let Some(root) = tree.root else { return (known, Vec::new()) };
     let rays: Vec<PreparedRay> = rays
         .filter_map(|ray| PreparedRay::new(ray, &tree.bounds))
@@ -74,7 +99,7 @@ fn learn<'a>(
         .collect();
     let second_first = (0..tree.nodes.len()).map(|i| AtomicBool::new(known.get(i))).collect();
     let all: Vec<u32> = (0..rays.len() as u32).collect();
-    let lesson = Lesson { tree, rays, second_first, decide };
+    let lesson = Lesson { tree, rays, second_first, decide, ratios };
     let visits = lesson.visit(root, &all);
     let second_first = lesson.second_first;
     let bits = NodeBits::from_fn(second_first.len(), |i| second_first[i].load(Ordering::Relaxed));
@@ -147,6 +172,7 @@ struct Lesson<'a> {
     rays: Vec<PreparedRay>,
     second_first: Vec<AtomicBool>,
     decide: Decision,
+    ratios: Option<&'a [[AtomicU64; 2]]>,
 }
 
 impl Lesson<'_> {
@@ -187,6 +213,10 @@ impl Lesson<'_> {
         }
         if let Some(second_first) = (self.decide)(&evidence) {
             self.second_first[index].store(second_first, Ordering::Relaxed);
+            for (side, ratio) in self.ratios.iter().flat_map(|all| all[index].iter().enumerate()) {
+                let stopped = evidence.stopped[side] / evidence.cost[side].max(1.0);
+                ratio.store(stopped.to_bits(), Ordering::Relaxed);
+            }
         }
         let first = usize::from(self.second_first[index].load(Ordering::Relaxed));
         pairs.iter().map(|pair| in_turn([pair[first], pair[1 - first]])).collect()

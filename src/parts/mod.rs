@@ -112,8 +112,7 @@ impl Parts {
     /// Adds parts of these triangles.
     fn cut(&mut self, ids: Vec<u32>) {
         let first = self.triangle_ids.len();
-        let most =
-            std::env::var("SATO_PART").map_or(most_in_part(ids.len()), |v| v.parse().unwrap());
+        let most = most_in_part(ids.len());
         let regions = regions(&self.mesh, ids, most);
         self.triangle_ids.extend(regions.triangle_ids);
         let shifted = |range: Range<usize>| first + range.start..first + range.end;

@@ -2,8 +2,8 @@
 #![allow(dead_code, unused_imports, unreachable_pub, reason = "each suite uses its part")]
 
 pub mod files;
-pub mod moving;
 pub mod motion;
+pub mod moving;
 pub mod random;
 pub mod truth;
 

@@ -95,7 +95,8 @@ impl Follows for MovingBvh2 {
     fn follow(&mut self, mesh: Arc<TriangleMesh>, rotates: bool) -> UpdateStats {
         let Self { settings, backend, follower, upkeep, .. } = self;
         let tree = &mut Arc::get_mut(&mut backend.built).expect("is not shared").tree;
-        let (updated, refit_ms) = timed(|| follower.update(tree, &mesh, rotates));
+        let asks = upkeep.asks_of_exchanged();
+        let (updated, refit_ms) = timed(|| follower.update(tree, &mesh, rotates, asks));
         let context = settings.context(&mesh);
         let (order_nodes, order_ms) =
             timed(|| upkeep.update(tree, follower, &mut backend.plan, &context));

@@ -12,7 +12,9 @@ pub(crate) use upkeep::PlanUpkeep;
 
 use super::{Touched, Updated};
 use crate::geometry::{Aabb, TriangleMesh};
-use crate::tree::{Bvh2, Pieces, SplitNotes, Step, downwards, heights_of, slots_of, split_by};
+use crate::tree::{
+    Bvh2, Node2, Pieces, SplitNotes, Step, downwards, heights_of, slots_of, split_by,
+};
 use rayon::prelude::*;
 use refit::Part;
 
@@ -51,6 +53,9 @@ impl BinaryFollower {
     /// also where the builder had cut them. With `rotates`, subtrees change places on the way where
     /// that makes the tree better (see [`rotate`]).
     ///
+    /// Where children were exchanged, `second` says at once whether child 1 is to come first, while the
+    /// node is at hand: that is all that NodeSATO asks.
+    ///
     /// The same on any number of threads of the current rayon pool. The tree's notes are void
     /// afterwards, and dropped.
     pub(crate) fn update(
@@ -58,6 +63,7 @@ impl BinaryFollower {
         tree: &mut Bvh2,
         mesh: &TriangleMesh,
         rotates: bool,
+        second: Option<fn(&Node2) -> bool>,
     ) -> Updated {
         tree.notes = SplitNotes::default();
         self.touched.iter_mut().for_each(Touched::clear);
@@ -93,6 +99,7 @@ impl BinaryFollower {
                 disturbed,
                 closed: None,
                 touched,
+                second,
                 cost: 0.0,
             })
             .collect();
@@ -116,6 +123,7 @@ impl BinaryFollower {
             disturbed: &mut self.disturbed,
             closed: Some(&self.pieces),
             touched: of_top,
+            second,
             cost: of_parts.iter().map(|part| part.0).sum(),
         };
         for step in top.iter().rev() {

@@ -1,6 +1,6 @@
 //! A part of a binary tree, from its leaves up.
 
-use super::super::Touched;
+use super::super::{SECOND, Touched};
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
 use crate::tree::{ChildRef, Node2, Pieces, Step};
 
@@ -20,6 +20,8 @@ pub(super) struct Part<'a> {
     /// Subtrees that may be put elsewhere as a whole only.
     pub(super) closed: Option<&'a Pieces>,
     pub(super) touched: &'a mut Touched,
+    /// Whether child 1 of a node is to come first.
+    pub(super) second: Option<fn(&Node2) -> bool>,
     /// The areas of the children of all settled nodes, each times the cost of a visit.
     pub(super) cost: f64,
 }
@@ -73,10 +75,10 @@ impl Part<'_> {
         let is_rotated = between != [None; 2];
         for index in between.into_iter().flatten() {
             self.heights[index - self.first] = self.height_of(index);
-            self.touched.exchanged.push(index as u32);
+            self.note_exchanged(index as u32);
         }
         if is_rotated {
-            self.touched.exchanged.push(step.index);
+            self.note_exchanged(step.index);
             self.touched.rotations += 1;
         }
         if rotates {
@@ -85,6 +87,12 @@ impl Part<'_> {
         if !self.disturbed.is_empty() {
             self.note_disturbed(step.index, between);
         }
+    }
+
+    pub(super) fn note_exchanged(&mut self, index: u32) {
+        let node = &self.nodes[index as usize - self.first];
+        let second = self.second.is_some_and(|second| second(node));
+        self.touched.exchanged.push(index | if second { SECOND } else { 0 });
     }
 
     /// Lists what is to be looked at again by those who sum up all that lies below: children before

@@ -1,4 +1,4 @@
-use super::super::Upkeep;
+use super::super::{SECOND, Upkeep};
 use super::refit::Part;
 use super::*;
 use crate::build::{BUILDERS, Leaves};
@@ -30,6 +30,7 @@ fn whole<'a>(
         disturbed: &mut [],
         closed: None,
         touched,
+        second: None,
         cost: 0.0,
     }
 }
@@ -47,7 +48,7 @@ fn trees_are_right_wherever_their_triangles_go() {
                     let mut trees = Vec::new();
                     for (frame, motion) in MOTIONS.iter().enumerate() {
                         let mesh = moved(&mesh, *motion, seed ^ frame as u64);
-                        let updated = follower.update(&mut tree, &mesh, rotates);
+                        let updated = follower.update(&mut tree, &mesh, rotates, None);
                         if let Err(fault) = follower.validate(&tree, &mesh, &updated) {
                             panic!("{} {count} {motion:?} {rotates}: {fault}", builder.name);
                         }
@@ -94,7 +95,7 @@ fn the_best_of_all_rotations_is_done() {
                 tree.nodes[index].counts[side] = count;
             }
         }
-        BinaryFollower::of(&tree, false).update(&mut tree, &mesh, false);
+        BinaryFollower::of(&tree, false).update(&mut tree, &mesh, false, None);
         tree.validate_moved(&mesh).unwrap();
         let before = tree.sah_cost();
         for index in (0..tree.nodes.len()).rev() {
@@ -132,7 +133,7 @@ fn the_best_of_all_rotations_is_done() {
             }
         }
         let mut follower = BinaryFollower::of(&tree, false);
-        let after = follower.update(&mut tree, &mesh, true);
+        let after = follower.update(&mut tree, &mesh, true, None);
         assert!(after.sah_cost <= before, "{seed}: {} {before}", after.sah_cost);
         follower.validate(&tree, &mesh, &after).unwrap();
     }
@@ -201,7 +202,12 @@ fn rotations_there_and_back_restore_tree_and_order() {
                         let (mut heights, mut touched) = (Vec::new(), Touched::default());
                         whole(&mut tree, &mesh, &mut heights, &mut touched).exchange(places);
                         refit_any(&mut tree);
-                        follower.touched[0].exchanged = vec![index as u32, child as u32];
+                        let mut part = whole(&mut tree, &mesh, &mut heights, &mut touched);
+                        part.second = upkeep.asks_of_exchanged();
+                        for index in [index, child] {
+                            part.note_exchanged(index as u32);
+                        }
+                        follower.touched[0] = touched;
                         upkeep.update(&mut tree, &mut follower, &mut plan, &context);
                         let scratch = (order.plan_bvh2)(&tree_with_notes(&tree), &context);
                         if let (Plan::Fixed(kept), Plan::Fixed(scratch)) = (&plan, &scratch) {
@@ -245,7 +251,7 @@ fn bits_are_those_from_scratch_where_that_is_promised() {
             full.plan(&tree, &follower, &context);
             let mut plan = kept.plan(&tree, &follower, &context);
             let context = OrderContext::new(&exploded);
-            follower.update(&mut tree, &exploded, false);
+            follower.update(&mut tree, &exploded, false, kept.asks_of_exchanged());
             if upkeep == Upkeep::Full {
                 let looked_at = kept.update(&mut tree, &mut follower, &mut plan, &context);
                 assert!(looked_at == tree.nodes.len() as u64 || looked_at == 0, "{what}");
@@ -254,7 +260,7 @@ fn bits_are_those_from_scratch_where_that_is_promised() {
             // From here on, only rotations.
             plan = kept.plan(&tree_with_notes(&tree), &follower, &context);
             for round in 0..3 {
-                let updated = follower.update(&mut tree, &exploded, true);
+                let updated = follower.update(&mut tree, &exploded, true, kept.asks_of_exchanged());
                 assert!(updated.rotations > 0 || round > 0, "{what}");
                 let looked_at = kept.update(&mut tree, &mut follower, &mut plan, &context);
                 assert_eq!(kept.stale_share(&tree, &plan, &context), 0.0, "{what} {round}");
@@ -265,7 +271,7 @@ fn bits_are_those_from_scratch_where_that_is_promised() {
                 }
             }
             // With motion, what was touched.
-            let updated = follower.update(&mut tree, &mesh, true);
+            let updated = follower.update(&mut tree, &mesh, true, kept.asks_of_exchanged());
             let context = OrderContext::new(&mesh);
             kept.update(&mut tree, &mut follower, &mut plan, &context);
             let stale = kept.stale_share(&tree, &plan, &context);
@@ -275,7 +281,7 @@ fn bits_are_those_from_scratch_where_that_is_promised() {
                 (order.depends_on, &plan)
             {
                 for &index in follower.touched.iter().flat_map(|touched| &touched.exchanged) {
-                    let index = index as usize;
+                    let index = (index & !SECOND) as usize;
                     assert_eq!(bits.get(index), second(&tree.nodes[index]), "{what} {index}");
                 }
             }
@@ -333,9 +339,9 @@ fn rotations_keep_to_the_depth() {
                     corners.iter_mut().for_each(|corner| *corner = *corner * 0.1 + to);
                 }
             });
-            follower.update(&mut tree, &mesh, false);
+            follower.update(&mut tree, &mesh, false, None);
             refused += refused_for_depth(&mut tree, &mesh, &follower.heights);
-            let updated = follower.update(&mut tree, &mesh, true);
+            let updated = follower.update(&mut tree, &mesh, true, None);
             if let Err(fault) = follower.validate(&tree, &mesh, &updated) {
                 panic!("{round} {frame}: {fault}");
             }

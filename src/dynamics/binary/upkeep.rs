@@ -6,17 +6,10 @@
 //! and Manocha, Computer Graphics Forum 33(6), 2014); orders that sum up what lies below ask for all
 //! nodes above them too.
 
-use super::super::Upkeep;
+use super::super::{SECOND, Upkeep};
 use super::BinaryFollower;
 use crate::order::{DependsOn, KeptOrder, OrderContext, OrderEntry};
 use crate::tree::{Bvh2, Node2, NodeBits, Plan};
-use rayon::prelude::*;
-
-/// Nodes that are worth another thread.
-const PARALLEL_NODES: usize = 4096;
-
-/// In a list of nodes: that child 1 is to come first.
-const SECOND: u32 = 1 << 31;
 
 /// Keeps the plan of an order right.
 #[derive(Debug)]
@@ -51,6 +44,14 @@ impl PlanUpkeep {
         self.kept.is_some() && self.upkeep == Upkeep::Selective
     }
 
+    /// What is asked of nodes as soon as their children were exchanged.
+    pub(crate) fn asks_of_exchanged(&self) -> Option<fn(&Node2) -> bool> {
+        match (self.order.depends_on, self.upkeep) {
+            (DependsOn::Children(second), Upkeep::Selective) => Some(second),
+            _ => None,
+        }
+    }
+
     /// The plan of a tree that has just been built.
     pub(crate) fn plan(
         &mut self,
@@ -76,9 +77,9 @@ impl PlanUpkeep {
         let all = tree.nodes.len() as u64;
         match (self.order.depends_on, self.upkeep) {
             (DependsOn::Nothing, _) | (_, Upkeep::None) => return 0,
-            (DependsOn::Children(second), Upkeep::Selective) => {
+            (DependsOn::Children(_), Upkeep::Selective) => {
                 let Plan::Fixed(bits) = plan else { return 0 };
-                return set_some(follower, &tree.nodes, second, bits);
+                return set_some(follower, bits);
             }
             (DependsOn::Children(second), Upkeep::Full) => {
                 let nodes = &tree.nodes;
@@ -126,28 +127,12 @@ impl PlanUpkeep {
     }
 }
 
-/// Sets the bits of the nodes touched by what `second` says of them, and returns their number.
-fn set_some(
-    follower: &mut BinaryFollower,
-    nodes: &[Node2],
-    second: fn(&Node2) -> bool,
-    bits: &mut NodeBits,
-) -> u64 {
-    let lists = &mut follower.touched;
-    let count: usize = lists.iter().map(|touched| touched.exchanged.len()).sum();
-    let look = |index: &mut u32| {
-        *index |= if second(&nodes[*index as usize]) { SECOND } else { 0 };
-    };
-    // Words of bits may lie astride pieces, so threads look and one writes.
-    if count >= PARALLEL_NODES {
-        lists.par_iter_mut().for_each(|touched| touched.exchanged.iter_mut().for_each(look));
-    } else {
-        lists.iter_mut().flat_map(|touched| &mut touched.exchanged).for_each(look);
+/// Sets the bits of the nodes touched to what was found when they were, and returns their number.
+fn set_some(follower: &BinaryFollower, bits: &mut NodeBits) -> u64 {
+    let mut count = 0;
+    for entry in follower.touched.iter().flat_map(|touched| &touched.exchanged) {
+        bits.set((entry & !SECOND) as usize, entry & SECOND != 0);
+        count += 1;
     }
-    for entry in lists.iter_mut().flat_map(|touched| &mut touched.exchanged) {
-        let second = *entry & SECOND != 0;
-        *entry &= !SECOND;
-        bits.set(*entry as usize, second);
-    }
-    count as u64
+    count
 }

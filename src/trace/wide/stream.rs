@@ -136,6 +136,7 @@ pub(super) trait Trees: Copy {
     ) -> bool;
 
     /// Visits what was put off, for the rays that are still alive, and returns those that are stopped.
+    #[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
     fn make_up<S: Simd, W: Wide, C: PacketCounter>(
         &self,
         s: S,

@@ -38,7 +38,7 @@ fn answers_closest(
     }
     let mut hits = vec![Some(Hit { t: 7.0, triangle: 7 }); rays.len()];
     SCRATCH.with_borrow_mut(|scratch| {
-        closest_hits(set, Structure::Tree(tree), mesh, rays, &mut hits, scratch)
+        closest_hits(set, Structure::Tree(tree), mesh, rays, &mut hits, scratch);
     });
     hits
 }
