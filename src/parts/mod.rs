@@ -27,7 +27,7 @@ use std::time::Instant;
 /// tree: [`small_tree`] works on one thread.
 fn most_in_part(triangles: usize) -> usize {
     const LEAST: usize = 64;
-    const PARTS: usize = 1 << 16;
+    const PARTS: usize = 1 << 15;
     (triangles / PARTS).next_power_of_two().clamp(LEAST, MOST_SMALL)
 }
 

@@ -1,4 +1,4 @@
-use super::super::{SECOND, Upkeep};
+use super::super::{LEAST_GAIN, SECOND, Upkeep};
 use super::refit::Part;
 use super::*;
 use crate::build::{BUILDERS, Leaves};
@@ -109,12 +109,21 @@ fn the_best_of_all_rotations_is_done() {
                 let [a, b] = children.map(ChildRef::node_index);
                 ways.extend([0, 1].map(|g| [(a, 0), (b, g)]));
             }
-            let costs = ways.iter().map(|places| {
+            let area = |child: usize| {
+                let side = children.iter().position(|c| *c == ChildRef::inner(child)).unwrap();
+                tree.nodes[index].bounds[side].half_area()
+            };
+            let then = tree.sah_cost();
+            // Of those that gain enough for the boxes in between.
+            let costs = ways.iter().filter_map(|places| {
                 let mut other = tree.clone();
                 let (mut heights, mut touched) = (Vec::new(), Touched::default());
                 whole(&mut other, &mesh, &mut heights, &mut touched).exchange(*places);
                 refit_any(&mut other);
-                other.sah_cost()
+                let between = places.iter().map(|place| place.0).filter(|&node| node != index);
+                let gain = (then - other.sah_cost()) * tree.bounds.half_area();
+                let least = between.map(area).sum::<f64>() * LEAST_GAIN;
+                (gain > least * 1.001).then(|| other.sah_cost())
             });
             let best = costs.fold(f64::INFINITY, f64::min);
             let mut rotated = tree.clone();
@@ -123,13 +132,12 @@ fn the_best_of_all_rotations_is_done() {
             let mut part = whole(&mut rotated, &mesh, &mut heights, &mut touched);
             let step = Step { index: index as u32, depth: 0 };
             let is_rotated = part.rotate(step) != [None; 2];
-            let (now, then) = (rotated.sah_cost(), tree.sah_cost());
+            let now = rotated.sah_cost();
             if is_rotated {
-                assert!((now - best).abs() <= 1e-5 * best, "{seed} {index}: {now} {best}");
-                assert!(now < then, "{seed} {index}: {now} {then}");
+                assert!(now <= best.min(then) * (1.0 + 1e-5), "{seed} {index}: {now} {best}");
                 done += 1;
             } else {
-                assert!(best >= then * (1.0 - 1e-3), "{seed} {index}: {best} {then}");
+                assert!(best.is_infinite(), "{seed} {index}: {best} {then}");
             }
         }
         let mut follower = BinaryFollower::of(&tree, false);
@@ -137,7 +145,7 @@ fn the_best_of_all_rotations_is_done() {
         assert!(after.sah_cost <= before, "{seed}: {} {before}", after.sah_cost);
         follower.validate(&tree, &mesh, &after).unwrap();
     }
-    assert!(done > 1000, "{done}");
+    assert!(done > 300, "{done}");
 }
 
 /// Boxes and counts of all nodes from those of the leaves, whatever their order.
