@@ -78,6 +78,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
 fn follow(arguments: &Arguments) -> Result<()> {
     let run = &arguments.run;
+    if arguments.picture.frame.is_some() {
+        let message = "--frame names one picture: give the frames to follow as --frames A..B";
+        return Err(Error::Usage(message.into()));
+    }
     let scene = load_scene(&arguments.scene, None, run.quiet)?;
     let backends =
         if arguments.backend.is_empty() { defaults()? } else { arguments.backend.clone() };

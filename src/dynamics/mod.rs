@@ -13,7 +13,7 @@ pub(crate) use wide::{Ranking, WideFollower};
 
 /// A rotation must make the boxes in between smaller by this share at least. Walking people offer
 /// rotations at a tenth of all nodes in every frame for gains that the next frame takes back; with this
-/// share, trees trace as fast, and the order has to be found again at a quarter of the nodes.
+/// share, trees trace as fast, and the order has to be found again at about a third of those nodes.
 const LEAST_GAIN: f64 = 0.1;
 
 /// What an update found.

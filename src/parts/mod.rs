@@ -93,8 +93,8 @@ pub struct Visited {
 }
 
 impl Parts {
-    /// Cuts up a mesh; no part is built yet. Of the children of a
-    /// node, those with larger scores come first. On the current rayon pool; the same for any number of threads.
+    /// Cuts up a mesh; no part is built yet. Of the children of a node, those with larger scores come
+    /// first. On the current rayon pool; the same for any number of threads.
     pub fn new(mesh: Arc<TriangleMesh>, score: ScoreAtSplit) -> Self {
         let all = (0..mesh.len() as u32).collect();
         let mut parts = Self::uncut(mesh, score);
