@@ -134,6 +134,7 @@ fn wide_kernel(
             way,
             mode: Mode::Exact,
             entry: &Entry::WHOLE,
+            stratum: Some(0),
         };
         for (RayBatch { rays }, words) in rays.batches_with(answers) {
             wide::any_hit(instructions, &query, rays, words, &mut scratch);

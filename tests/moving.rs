@@ -6,7 +6,7 @@ use common::motion::{MOTIONS, Way, moved};
 use common::random::Random;
 use common::{occluded, scene_of};
 use sato::backend::{
-    Accelerator, BackendSpec, BuildContext, MovingAccelerator, SharedTrees, build_moving,
+    Accelerator, BackendSpec, BuildContext, Hints, MovingAccelerator, SharedTrees, build_moving,
 };
 use sato::build::BUILDERS;
 use sato::dynamics::{Strategy, Upkeep};
@@ -215,7 +215,8 @@ fn looks_through_moved_trees_are_true() {
                     View::Partly => {
                         let mut answers = vec![0; words_for(rays.len())];
                         let batch = RayBatch { rays: &rays };
-                        accelerator.occluded_from(&entry, &batch, &mut answers);
+                        let hints = Hints { entry: &entry, stratum: Some(0) };
+                        accelerator.occluded_with(&hints, &batch, &mut answers);
                         assert_eq!(answers, expected, "{spec} {way:?} {origin}");
                         from_parts += usize::from(entry.parts().is_some());
                     }

@@ -295,6 +295,9 @@ fn assert_counted(with: &Rendering, without: &Rendering, skips: Skips, what: &st
         }
         let enters = skips.has(Skip::EntryPoints);
         assert!(enters || with.rays_from_entries == 0, "{what}: {}", with.name);
+        let remembers = skips.has(Skip::LastOccluders);
+        assert!(remembers || with.rays_by_occluders == 0, "{what}: {}", with.name);
+        assert!(with.rays_by_occluders <= with.rays_occluded, "{what}: {}", with.name);
     }
 }
 
@@ -318,7 +321,7 @@ fn pictures_have_the_same_bits_whatever_is_left_out() {
     let all_but: Vec<_> = Skip::ALL.map(|skip| Skips::ALL.without(skip)).to_vec();
     // Over all scenes: each skip must have had something to do.
     let mut uses = [0; Skip::ALL.len()];
-    let mut from_entries = 0;
+    let (mut from_entries, mut by_occluders) = (0, 0);
     for (turn, (name, scene)) in scenes().into_iter().enumerate() {
         let brute = built(&"brute".parse().unwrap(), &scene);
         let settings = settings(&scene, turn);
@@ -350,17 +353,20 @@ fn pictures_have_the_same_bits_whatever_is_left_out() {
                     for skip in Skip::ALL {
                         uses[skip as usize] += skipped_in(&with, skip);
                     }
-                    from_entries +=
-                        with.stats.classes.iter().map(|c| c.rays_from_entries).sum::<u64>();
+                    for class in &with.stats.classes {
+                        from_entries += class.rays_from_entries;
+                        by_occluders += class.rays_by_occluders;
+                    }
                 }
             }
         }
     }
-    println!("{uses:?} rays left out, {from_entries} from entries");
+    println!("{uses:?} rays left out, {from_entries} from entries, {by_occluders} by occluders");
+    uses[Skip::EntryPoints as usize] = from_entries;
+    uses[Skip::LastOccluders as usize] = by_occluders;
     // Geometry is left out before a backend is built: see `src/render/unseen.rs`.
     for skip in Skip::ALL.into_iter().filter(|skip| *skip != Skip::UnseenGeometry) {
-        let works = if skip == Skip::EntryPoints { from_entries } else { uses[skip as usize] };
-        assert!(works > 0, "{} has left out nothing", skip.name());
+        assert!(uses[skip as usize] > 0, "{} has left out nothing", skip.name());
     }
 }
 
@@ -404,6 +410,42 @@ fn skips_leave_out_what_they_are_for() {
             .fold([0, 0], |[rays, from], c| [rays + c.rays, from + c.rays_from_entries]);
         println!("{name}: {from} of {rays} rays from entries");
         assert!(from * 4 > rays, "{name}: {from} of {rays} rays from entries");
+    }
+}
+
+/// What stopped rays of one light must be tried for those of another neither in vain nor wrongly: here
+/// some tiles are dark for both lights, some for one, and what stops the rays changes from tile to tile.
+#[test]
+fn occluders_of_one_light_are_remembered_for_it() {
+    let mut shapes = Shapes::default();
+    shapes.floor();
+    for i in 0..8 {
+        for j in 0..8 {
+            let (x, z) = (i as f32 - 4.0, j as f32 - 4.0);
+            if (i + j) % 2 == 0 {
+                shapes.level(0.4, [x, x + 1.0], [z, z + 1.0]);
+            }
+        }
+    }
+    let scene = shapes.scene(vec![
+        quad([-0.1, 30.0, -0.1], Vec3::X * 0.2, Vec3::Z * 0.2),
+        quad([29.9, 30.0, -0.1], Vec3::X * 0.2, Vec3::Z * 0.2),
+    ]);
+    let [settings, _] = &settings(&scene, 0)[..] else { unreachable!() };
+    for name in ["bvh8", "lazy"] {
+        let backend = built(&name.parse().unwrap(), &scene);
+        let without = run(&scene, &*backend, settings, Skips::NONE);
+        // Each thread remembers its own.
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let remembering = Skips::NONE.with(Skip::LastOccluders);
+        let with = one.install(|| run(&scene, &*backend, settings, remembering));
+        assert_same(&with.film, &without.film, name);
+        for class in with.stats.classes.iter().filter(|c| c.name.starts_with("shadow")) {
+            let [early, occluded] = [class.rays_by_occluders, class.rays_occluded];
+            println!("{name}: {early} of {occluded} rays of {} by occluders", class.name);
+            assert!(early * 4 > occluded, "{name}: {early} of {occluded}, {}", class.name);
+        }
+        assert!(without.stats.classes.iter().all(|class| class.rays_by_occluders == 0));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::catalogue::BackendEntry;
 use super::{
-    Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key, MovingAccelerator,
+    Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Hints, Key, MovingAccelerator,
     TreeQuality, UpdateStats, mode,
 };
 use crate::geometry::TriangleMesh;
@@ -103,13 +103,14 @@ impl Lazy {
         Ok(Self { parts, mode: mode::of(spec), instructions, way, stats })
     }
 
-    fn query(&self) -> Query<'_> {
+    fn query(&self, stratum: Option<usize>) -> Query<'_> {
         Query {
             structure: Structure::TwoLevel(&self.parts),
             mesh: self.parts.mesh(),
             way: self.way,
             mode: self.mode,
             entry: &Entry::WHOLE,
+            stratum,
         }
     }
 }
@@ -159,9 +160,14 @@ impl Accelerator for Lazy {
     }
 
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+        self.occluded_with(&Hints::NONE, batch, occluded);
+    }
+
+    fn occluded_with(&self, hints: &Hints<'_>, batch: &RayBatch<'_>, occluded: &mut [u64]) -> u64 {
+        let query = self.query(hints.stratum);
         SCRATCH.with_borrow_mut(|scratch| {
-            wide::any_hit(self.instructions, &self.query(), batch.rays, occluded, scratch);
-        });
+            wide::any_hit(self.instructions, &query, batch.rays, occluded, scratch)
+        })
     }
 
     fn occluded_counted(
@@ -171,7 +177,7 @@ impl Accelerator for Lazy {
         counts: &mut [VisitCounts],
     ) -> bool {
         SCRATCH.with_borrow_mut(|scratch| {
-            let query = self.query();
+            let query = self.query(Hints::NONE.stratum);
             wide::any_hit_counted(self.instructions, &query, batch.rays, occluded, scratch, counts);
         });
         true

@@ -79,12 +79,29 @@ pub trait Accelerator: Send + Sync {
         View::Partly
     }
 
-    /// As [`occluded`](Self::occluded) for rays of a shaft that was looked through: what is in their
-    /// way is in `entry`.
-    fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {
-        let _ = entry;
+    /// As [`occluded`](Self::occluded) for rays of which something is known. Returns how many of them
+    /// were stopped by occluders that had stopped others of their stratum, before anything else was
+    /// looked at: 0 where none are remembered.
+    fn occluded_with(&self, hints: &Hints<'_>, batch: &RayBatch<'_>, occluded: &mut [u64]) -> u64 {
+        let _ = hints;
         self.occluded(batch, occluded);
+        0
     }
+}
+
+/// What is known of the rays of a batch. Answers are the same without it.
+#[derive(Clone, Copy, Debug)]
+pub struct Hints<'a> {
+    /// All that is in their way is in here.
+    pub entry: &'a Entry,
+    /// Rays that are like them have this number too, so that what stopped those is tried first; `None`
+    /// tries nothing.
+    pub stratum: Option<usize>,
+}
+
+impl Hints<'_> {
+    /// Nothing is known: rays are all taken to be alike.
+    pub const NONE: Self = Self { entry: &Entry::WHOLE, stratum: Some(0) };
 }
 
 /// What building an accelerator took.

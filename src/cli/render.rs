@@ -226,11 +226,13 @@ fn stats_text(
     for class in &stats.classes {
         let _ = write!(
             text,
-            "{}: {} rays traced, {:.1} % occluded, {} from below the root",
+            "{}: {} rays traced, {:.1} % occluded, {} from below the root, {} stopped by what \
+             stopped others",
             class.name,
             class.rays,
             100.0 * class.occluded_share,
-            class.rays_from_entries
+            class.rays_from_entries,
+            class.rays_by_occluders
         );
         if let (Some(nodes), Some(triangles)) = (class.nodes_per_ray, class.triangles_per_ray) {
             let _ = write!(text, ", {nodes:.2} nodes and {triangles:.2} triangles a ray");

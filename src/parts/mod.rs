@@ -57,7 +57,7 @@ struct Part {
 /// The tree of a part.
 struct Made {
     tree: Bvh8,
-    /// What it cost to go through when it was built: see [`relative_cost`](moving::relative_cost).
+    /// What it cost to go through when it was built: see [`WideCosts::sah_cost`].
     built_cost: f64,
 }
 
@@ -96,9 +96,10 @@ impl Parts {
     /// Cuts up a mesh; no part is built yet. Of the children of a node, those with larger scores come
     /// first. On the current rayon pool; the same for any number of threads.
     pub fn new(mesh: Arc<TriangleMesh>, score: ScoreAtSplit) -> Self {
-        let all = (0..mesh.len() as u32).collect();
+        let all: Vec<u32> = (0..mesh.len() as u32).collect();
+        let most = most_in_part(all.len());
         let mut parts = Self::uncut(mesh, score);
-        parts.cut(all);
+        parts.cut(vec![all], most);
         parts.place();
         parts
     }
@@ -109,14 +110,19 @@ impl Parts {
         Self { mesh, score, triangle_ids, parts, top, tally, movement }
     }
 
-    /// Adds parts of these triangles.
-    fn cut(&mut self, ids: Vec<u32>) {
-        let first = self.triangle_ids.len();
-        let most = most_in_part(ids.len());
-        let regions = regions(&self.mesh, ids, most);
-        self.triangle_ids.extend(regions.triangle_ids);
-        let shifted = |range: Range<usize>| first + range.start..first + range.end;
-        self.parts.extend(regions.ranges.into_iter().map(shifted).map(Part::new));
+    /// Adds parts of at most so many of these triangles, each of those of one group. Returns where the
+    /// groups are in `triangle_ids`.
+    fn cut(&mut self, groups: Vec<Vec<u32>>, most: usize) -> Vec<Range<usize>> {
+        let mesh = &self.mesh;
+        let cut: Vec<_> = groups.into_par_iter().map(|ids| regions(mesh, ids, most)).collect();
+        let add = |regions: regions::Regions| {
+            let first = self.triangle_ids.len();
+            self.triangle_ids.extend(regions.triangle_ids);
+            let shifted = |range: Range<usize>| first + range.start..first + range.end;
+            self.parts.extend(regions.ranges.into_iter().map(shifted).map(Part::new));
+            first..self.triangle_ids.len()
+        };
+        cut.into_iter().map(add).collect()
     }
 
     /// Finds the boxes of all parts, and the tree over them.

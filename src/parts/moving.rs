@@ -1,9 +1,11 @@
 //! Parts whose triangles move.
 
-use super::{Made, Part, Parts, Tally};
-use crate::geometry::{Aabb, Triangle, TriangleMesh};
+use super::{Made, Part, Parts, Tally, most_in_part};
+use crate::build::WideCosts;
+use crate::geometry::{Aabb, TriangleMesh};
 use crate::scene::Motion;
-use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, ScoreAtSplit, WIDTH, write_leaf};
+use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, ScoreAtSplit, refit_leaf};
+use crate::vectorized::vectorized;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Arc, PoisonError};
@@ -17,12 +19,18 @@ const MOST_GROWTH: f64 = 1.5;
 /// that were neighbours no longer are.
 const MOST_SPREAD: f64 = 3.0;
 
+/// Objects with fewer triangles share parts: theirs would be small, and the tree over all parts large.
+const LEAST_ALONE: usize = 256;
+
 /// What is known of how parts move.
 pub(super) struct Movement {
     /// Parts before this one hold what stands still.
     first_moving: usize,
-    /// Triangles before this place in `triangle_ids` stand still.
-    first_triangle: usize,
+    /// Most triangles of a moving part.
+    most: usize,
+    /// Where the triangles that are cut up together are in `triangle_ids`: no part has triangles of
+    /// two of these.
+    groups: Vec<Range<usize>>,
     /// The vertices of each moving part, one after the other, each once.
     vertex_ids: Vec<u32>,
     /// Those of the parts from the first moving one on.
@@ -45,11 +53,9 @@ impl Parts {
         for object in objects.filter(|object| object.moves) {
             moves[object.triangles.clone()].fill(true);
         }
-        let ids_that = |moving: bool| {
-            let ids = 0..mesh.len() as u32;
-            ids.filter(|&id| moves[id as usize] == moving).collect::<Vec<u32>>()
-        };
-        let (still_ids, moving_ids) = (ids_that(false), ids_that(true));
+        let still_ids: Vec<u32> =
+            (0..mesh.len() as u32).filter(|&id| !moves[id as usize]).collect();
+        let moving_ids = groups_of(&moves, motion);
         let mut parts = Self::uncut(Arc::clone(&mesh), score);
         match (!still_ids.is_empty()).then(|| still(&mesh, &still_ids)).flatten() {
             Some(tree) => {
@@ -58,14 +64,19 @@ impl Parts {
                 parts.triangle_ids.extend(still_ids);
                 parts.parts.push(part);
             }
-            None => parts.cut(still_ids),
+            None => {
+                let most = most_in_part(still_ids.len());
+                parts.cut(vec![still_ids], most);
+            }
         }
-        let (first_moving, first_triangle) = (parts.parts.len(), parts.triangle_ids.len());
-        parts.cut(moving_ids);
+        let first_moving = parts.parts.len();
+        let most = most_in_part(moving_ids.iter().map(Vec::len).sum());
+        let groups = parts.cut(moving_ids, most);
         parts.place();
         parts.movement = Some(Movement {
             first_moving,
-            first_triangle,
+            most,
+            groups,
             vertex_ids: Vec::new(),
             vertices: Vec::new(),
             area: 0.0,
@@ -125,13 +136,37 @@ impl Parts {
     }
 
     fn cut_anew(&mut self) {
-        let Some(movement) = &self.movement else { return };
-        let moving_ids = self.triangle_ids.split_off(movement.first_triangle);
-        self.parts.truncate(movement.first_moving);
-        self.cut(moving_ids);
+        let Some(Movement { first_moving, most, groups, .. }) = &self.movement else { return };
+        let most = *most;
+        let moving_ids =
+            groups.iter().map(|range| self.triangle_ids[range.clone()].to_vec()).collect();
+        self.parts.truncate(*first_moving);
+        self.triangle_ids.truncate(groups.first().map_or(usize::MAX, |range| range.start));
+        let groups = self.cut(moving_ids, most);
+        self.movement.as_mut().expect("moves").groups = groups;
         self.place();
         self.note_vertices();
     }
+}
+
+/// The triangles that move, those of each larger object on their own: objects that are neighbours now
+/// may part.
+fn groups_of(moves: &[bool], motion: Option<&Motion>) -> Vec<Vec<u32>> {
+    let objects = motion.iter().flat_map(|motion| &motion.objects);
+    let is_large = |range: &Range<usize>| range.len() >= LEAST_ALONE;
+    let alone: Vec<Range<usize>> = objects
+        .filter(|o| o.moves && is_large(&o.triangles))
+        .map(|o| o.triangles.clone())
+        .collect();
+    let mut is_left = moves.to_vec();
+    alone.iter().for_each(|range| is_left[range.clone()].fill(false));
+    let left = (0..moves.len() as u32).filter(|&id| is_left[id as usize]).collect::<Vec<u32>>();
+    let mut groups: Vec<Vec<u32>> =
+        alone.into_iter().map(|range| (range.start as u32..range.end as u32).collect()).collect();
+    if !left.is_empty() {
+        groups.push(left);
+    }
+    groups
 }
 
 /// Of the boxes of all parts, one after the other.
@@ -141,7 +176,7 @@ fn area(parts: &[Part]) -> f64 {
 
 impl Made {
     pub(super) fn new(tree: Bvh8) -> Self {
-        let built_cost = relative_cost(&tree);
+        let built_cost = WideCosts::default().sah_cost(&tree);
         Self { tree, built_cost }
     }
 
@@ -150,52 +185,40 @@ impl Made {
         mut self: Box<Self>,
         mesh: &TriangleMesh,
     ) -> Option<Box<Self>> {
-        refit(&mut self.tree, mesh);
-        (relative_cost(&self.tree) <= MOST_GROWTH * self.built_cost).then_some(self)
+        vectorized(
+            #[inline(always)]
+            || refit(&mut self.tree, mesh),
+        );
+        let cost = WideCosts::default().sah_cost(&self.tree);
+        (cost <= MOST_GROWTH * self.built_cost).then_some(self)
     }
-}
-
-/// Visits of nodes and leaves that a random line through the tree's box can expect.
-pub(super) fn relative_cost(tree: &Bvh8) -> f64 {
-    let children =
-        tree.nodes.iter().flat_map(|node| (0..node.len as usize).map(|i| node.bounds(i)));
-    let areas: f64 = children.map(|bounds| bounds.half_area()).sum();
-    let own = tree.bounds.half_area();
-    if own > 0.0 { 1.0 + areas / own } else { 1.0 }
 }
 
 /// Brings boxes and leaves up to date (Wald, Boulos and Shirley, "Ray Tracing Deformable Scenes Using
 /// Dynamic Bounding Volume Hierarchies", ACM Transactions on Graphics 26(1), 2007), on this thread.
+#[inline(always)]
 fn refit(tree: &mut Bvh8, mesh: &TriangleMesh) {
     let Some(root) = tree.root else { return };
     let mut leaf = |child: ChildRef| {
         let slots = child.leaf_slots();
-        let mut triangles = [Triangle::default(); WIDTH];
-        let triangles = &mut triangles[..slots.len()];
-        let mut bounds = Aabb::EMPTY;
-        for (triangle, &id) in triangles.iter_mut().zip(&tree.triangle_ids[slots.clone()]) {
-            *triangle = mesh.triangle(id as usize);
-            bounds = bounds.union(triangle.bounds());
-        }
         let block = slots.start * LEAF_ROWS..slots.end * LEAF_ROWS;
-        write_leaf(&mut tree.leaves[block], triangles);
-        bounds
+        refit_leaf(mesh, &tree.triangle_ids[slots], &mut tree.leaves[block])
     };
     if root.is_leaf() {
         tree.bounds = leaf(root);
         return;
     }
-    let mut of_nodes = vec![Aabb::EMPTY; tree.nodes.len()];
     // Children come after their parents.
-    for (index, node) in tree.nodes.iter_mut().enumerate().rev() {
-        let mut all = Aabb::EMPTY;
-        for slot in 0..node.len as usize {
-            let child = node.children[slot];
-            let bounds = if child.is_leaf() { leaf(child) } else { of_nodes[child.node_index()] };
-            node.set_bounds(slot, &bounds);
-            all = all.union(bounds);
+    for index in (0..tree.nodes.len()).rev() {
+        for slot in 0..tree.nodes[index].len as usize {
+            let child = tree.nodes[index].children[slot];
+            let bounds = if child.is_leaf() {
+                leaf(child)
+            } else {
+                tree.nodes[child.node_index()].all_bounds()
+            };
+            tree.nodes[index].set_bounds(slot, &bounds);
         }
-        of_nodes[index] = all;
     }
-    tree.bounds = of_nodes[0];
+    tree.bounds = tree.nodes[0].all_bounds();
 }

@@ -18,6 +18,7 @@ fn answers(parts: &Parts, rays: &[Ray]) -> Vec<u64> {
         way: Way::Automatic,
         mode: crate::intersect::Mode::Exact,
         entry: &Entry::WHOLE,
+        stratum: Some(0),
     };
     let mut occluded = vec![0; words_for(rays.len())];
     any_hit(Instructions::detect(), &query, rays, &mut occluded, &mut Scratch::default());

@@ -119,7 +119,7 @@ impl Allocation {
             .with_max_len(1)
             .map_init(Scratch::default, |scratch, tile| {
                 let sums = vec![PilotSums::default(); adapted];
-                let mut asking = Asking { accelerator, sums, answers: Vec::new() };
+                let mut asking = Asking { accelerator, skip, sums, answers: Vec::new() };
                 let walked = walk.tile(tile, scratch, &mut asking);
                 let sees = walked.primary.hits.map(|hits| hits > 0);
                 done.add_one();
@@ -205,6 +205,7 @@ fn pilot_of(plan: &Plan) -> (Plan, Vec<Option<usize>>) {
 /// Traces a pilot's rays.
 struct Asking<'a> {
     accelerator: &'a dyn Accelerator,
+    skip: Skips,
     sums: Vec<PilotSums>,
     answers: Vec<u64>,
 }
@@ -238,7 +239,8 @@ impl Sink for Asking<'_> {
         self.answers.clear();
         self.answers.resize(words_for(buffer.rays.len()), 0);
         let batch = RayBatch { rays: &buffer.rays };
-        self.accelerator.occluded_from(&buffer.entry, &batch, &mut self.answers);
+        let hints = buffer.hints(class, self.skip);
+        self.accelerator.occluded_with(&hints, &batch, &mut self.answers);
         let sums = &mut self.sums[class];
         sums.rays += buffer.rays.len() as u64;
         for (ray, &slot) in buffer.slots.iter().enumerate() {

@@ -18,6 +18,9 @@ pub enum Skip {
     OpenHemispheres,
     /// The upper part of the tree, where rays of a tile can start below it.
     EntryPoints,
+    /// The tree, for rays that are stopped by what stopped others of their light, or of their kind, in
+    /// this tile or the ones before it.
+    LastOccluders,
     /// Geometry that no ray of the picture can meet: by [`seen_part`](super::seen_part), before
     /// anything is built.
     UnseenGeometry,
@@ -25,13 +28,14 @@ pub enum Skip {
 
 impl Skip {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Weightless,
         Self::DarkLights,
         Self::LitShafts,
         Self::BlockedShafts,
         Self::OpenHemispheres,
         Self::EntryPoints,
+        Self::LastOccluders,
         Self::UnseenGeometry,
     ];
     /// Those that ask the backend's tree about many rays at once.
@@ -47,6 +51,7 @@ impl Skip {
             Self::BlockedShafts => "blocked-shafts",
             Self::OpenHemispheres => "open-hemispheres",
             Self::EntryPoints => "entry-points",
+            Self::LastOccluders => "last-occluders",
             Self::UnseenGeometry => "unseen-geometry",
         }
     }
@@ -60,6 +65,9 @@ impl Skip {
             Self::BlockedShafts => "rays to a light where one triangle stops all, likewise",
             Self::OpenHemispheres => "ambient-occlusion rays where nothing is near, likewise",
             Self::EntryPoints => "the top of the tree, where a tile's rays can start below it",
+            Self::LastOccluders => {
+                "the tree, for rays that triangles stop which stopped others of their light or kind"
+            }
             Self::UnseenGeometry => {
                 "triangles that no ray of the picture can meet: not built (render)"
             }

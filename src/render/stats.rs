@@ -46,6 +46,8 @@ pub struct ClassStats {
     pub skipped: Vec<Skipped>,
     /// Rays that started below the root of the tree.
     pub rays_from_entries: u64,
+    /// Traced rays that an occluder of other rays stopped, so that they did not go through the tree.
+    pub rays_by_occluders: u64,
     /// Traced rays that something stops.
     pub rays_occluded: u64,
     /// `rays_occluded` over `rays`; 0 where there are none.
@@ -99,6 +101,7 @@ pub(super) struct ClassTally {
     pub(super) rays: u64,
     pub(super) skipped: SkippedRays,
     pub(super) from_entries: u64,
+    pub(super) by_occluders: u64,
     pub(super) occluded: u64,
     pub(super) nodes: u64,
     pub(super) triangles: u64,
@@ -119,6 +122,7 @@ impl Tally {
                 *skipped += other;
             }
             class.from_entries += other.from_entries;
+            class.by_occluders += other.by_occluders;
             class.occluded += other.occluded;
             class.nodes += other.nodes;
             class.triangles += other.triangles;
@@ -139,6 +143,7 @@ impl Tally {
                     .filter(|skipped| skipped.rays > 0)
                     .collect(),
                 rays_from_entries: tally.from_entries,
+                rays_by_occluders: tally.by_occluders,
                 rays_occluded: tally.occluded,
                 occluded_share: per_ray(tally.occluded),
                 adaptive: plan.allocation.as_ref().and_then(|a| a.stats(class)).cloned(),

@@ -74,7 +74,7 @@ pub fn render(
         let tile = tile as usize;
         let Worker { scratch, answers } = worker;
         let (sums, tally) = (TileSums::new(&plan), Tally::new(&plan));
-        let mut tracing = Tracing { accelerator, counted, answers, sums, tally };
+        let mut tracing = Tracing { accelerator, counted, skip, answers, sums, tally };
         let walked = walk.tile(tile, scratch, &mut tracing);
         let Tracing { sums, mut tally, .. } = tracing;
         for (class, &skipped) in tally.classes.iter_mut().zip(&walked.skipped) {
@@ -115,6 +115,7 @@ struct Answers {
 struct Tracing<'a> {
     accelerator: &'a dyn Accelerator,
     counted: bool,
+    skip: Skips,
     answers: &'a mut Answers,
     sums: TileSums,
     tally: Tally,
@@ -122,7 +123,7 @@ struct Tracing<'a> {
 
 impl Sink for Tracing<'_> {
     fn trace(&mut self, class: usize, buffer: &RayBuffer) {
-        let Self { accelerator, counted, answers, sums, tally } = self;
+        let Self { accelerator, counted, skip, answers, sums, tally } = self;
         let batch = RayBatch { rays: &buffer.rays };
         let occluded = &mut answers.occluded;
         occluded.clear();
@@ -136,7 +137,8 @@ impl Sink for Tracing<'_> {
             accelerator.occluded_counted(&batch, occluded, &mut answers.counts);
         } else {
             start = Instant::now();
-            accelerator.occluded_from(&buffer.entry, &batch, occluded);
+            let hints = buffer.hints(class, *skip);
+            of_class.by_occluders += accelerator.occluded_with(&hints, &batch, occluded);
             if buffer.entry.parts().is_some() {
                 of_class.from_entries += buffer.rays.len() as u64;
             }

@@ -12,7 +12,7 @@ use super::soft_shadow::{LightSamples, LightView};
 use super::stats::SkippedRays;
 use super::surface::SurfacePoint;
 use super::surface_lanes::points_seen;
-use crate::backend::Accelerator;
+use crate::backend::{Accelerator, Hints};
 use crate::ray::{Hit, Ray};
 use crate::scene::{Light, Scene};
 use crate::trace::shaft::{Budget, Entry, Shaft, View};
@@ -52,6 +52,12 @@ pub(super) trait Sink {
 }
 
 impl RayBuffer {
+    /// What is known of these rays, which are of a class.
+    pub(super) fn hints(&self, class: usize, skip: Skips) -> Hints<'_> {
+        let stratum = skip.has(Skip::LastOccluders).then_some(class);
+        Hints { entry: &self.entry, stratum }
+    }
+
     /// Hands over what has gathered.
     fn flush(&mut self, class: usize, sink: &mut dyn Sink) {
         if self.rays.is_empty() {

@@ -10,7 +10,7 @@ mod pieces;
 pub use bits::NodeBits;
 pub use bvh2::{Bvh2, ChildRef, MAX_DEPTH, MAX_LEAF_TRIANGLES, Node2};
 pub use bvh8::{Bvh8, MAX_WIDE_DEPTH, MAX_WIDE_LEAF, Node8, WIDTH};
-pub(crate) use bvh8::{LEAF_ROWS, write_leaf, write_leaf_in_lanes};
+pub(crate) use bvh8::{LEAF_ROWS, refit_leaf, write_leaf_in_lanes};
 pub use kd::{KD_INTERSECTION_COST, KD_MAX_DEPTH, KD_MAX_NODES, KD_TRAVERSAL_COST, KdNode, KdTree};
 pub use notes::SplitNotes;
 pub(crate) use pieces::{Pieces, Step, downwards, heights_of, slots_of, split_by};

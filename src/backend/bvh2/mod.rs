@@ -4,7 +4,7 @@ mod moving;
 
 use super::catalogue::BackendEntry;
 use super::{
-    Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Key, following, mode,
+    Accelerator, BackendSpec, BuildContext, BuildStats, Built, Choice, Hints, Key, following, mode,
 };
 use crate::geometry::Aabb;
 use crate::intersect::{Exact, Fast, Mode};
@@ -164,15 +164,17 @@ impl Accelerator for Bvh2Backend {
         view
     }
 
-    fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {
-        let Some(parts) = entry.parts().filter(|_| !self.in_packets) else {
-            return self.occluded(batch, occluded);
+    fn occluded_with(&self, hints: &Hints<'_>, batch: &RayBatch<'_>, occluded: &mut [u64]) -> u64 {
+        let Some(parts) = hints.entry.parts().filter(|_| !self.in_packets) else {
+            self.occluded(batch, occluded);
+            return 0;
         };
         for (index, ray) in batch.rays.iter().enumerate() {
             let mut children = parts.children[..parts.len].iter();
             let hit = children.any(|child| self.any_hit(Some(*child), ray, &mut NoCount));
             set_bit(occluded, index, hit);
         }
+        0
     }
 
     fn occluded_counted(

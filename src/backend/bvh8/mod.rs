@@ -3,7 +3,9 @@
 mod moving;
 
 use super::catalogue::BackendEntry;
-use super::{Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Key, following, mode};
+use super::{
+    Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Hints, Key, following, mode,
+};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::Mode;
 use crate::order::{self, OrderContext};
@@ -130,13 +132,14 @@ impl Bvh8Backend {
         Self { tree, mesh, mode: mode::of(spec), instructions, way, stats }
     }
 
-    fn query<'a>(&'a self, entry: &'a Entry) -> Query<'a> {
+    fn query<'a>(&'a self, hints: &Hints<'a>) -> Query<'a> {
         Query {
             structure: Structure::Tree(&self.tree),
             mesh: &self.mesh,
             way: self.way,
             mode: self.mode,
-            entry,
+            entry: hints.entry,
+            stratum: hints.stratum,
         }
     }
 }
@@ -158,7 +161,7 @@ impl Accelerator for Bvh8Backend {
     }
 
     fn occluded(&self, batch: &RayBatch<'_>, occluded: &mut [u64]) {
-        self.occluded_from(&Entry::WHOLE, batch, occluded);
+        self.occluded_with(&Hints::NONE, batch, occluded);
     }
 
     fn looks_within(&self) -> Option<Aabb> {
@@ -170,10 +173,10 @@ impl Accelerator for Bvh8Backend {
         shaft::look(&tree, shaft, from, budget, entry)
     }
 
-    fn occluded_from(&self, entry: &Entry, batch: &RayBatch<'_>, occluded: &mut [u64]) {
+    fn occluded_with(&self, hints: &Hints<'_>, batch: &RayBatch<'_>, occluded: &mut [u64]) -> u64 {
         SCRATCH.with_borrow_mut(|scratch| {
-            wide::any_hit(self.instructions, &self.query(entry), batch.rays, occluded, scratch);
-        });
+            wide::any_hit(self.instructions, &self.query(hints), batch.rays, occluded, scratch)
+        })
     }
 
     fn occluded_counted(
@@ -183,7 +186,7 @@ impl Accelerator for Bvh8Backend {
         counts: &mut [VisitCounts],
     ) -> bool {
         SCRATCH.with_borrow_mut(|scratch| {
-            let query = self.query(&Entry::WHOLE);
+            let query = self.query(&Hints::NONE);
             wide::any_hit_counted(self.instructions, &query, batch.rays, occluded, scratch, counts);
         });
         true

@@ -6,7 +6,10 @@
 mod plan;
 
 use crate::geometry::{Aabb, Triangle};
-use crate::tree::{Bvh2, Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, WIDTH, write_leaf};
+use crate::tree::{
+    Bvh2, Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, WIDTH, write_leaf_in_lanes,
+};
+use crate::vectorized::vectorized;
 use plan::{Plan, plans};
 use rayon::prelude::*;
 
@@ -237,7 +240,10 @@ impl<P: Fn(usize, usize) -> f64 + Sync> Collapse<'_, P> {
             (*triangle, *id) = (self.tree.triangles[slot], self.tree.triangle_ids[slot]);
         }
         let block = &mut output.leaves[first * LEAF_ROWS..output.used * LEAF_ROWS];
-        write_leaf(block, &triangles[..count]);
+        vectorized(
+            #[inline(always)]
+            || write_leaf_in_lanes(block, &triangles[..count]),
+        );
         ChildRef::leaf(output.first_slot + first, count)
     }
 

@@ -14,7 +14,7 @@ use super::{Touched, Updated};
 use crate::build::{WideCosts, WideScores};
 use crate::geometry::TriangleMesh;
 use crate::tree::{
-    Bvh8, LEAF_ROWS, Node8, Pieces, Step, downwards, heights_of, slots_of, split_by,
+    Bvh8, LEAF_ROWS, Node8, Pieces, Step, downwards, heights_of, refit_leaf, slots_of, split_by,
 };
 use crate::vectorized::vectorized;
 use rayon::prelude::*;
@@ -68,7 +68,7 @@ impl WideFollower {
         if root.is_leaf() {
             let slots = root.leaf_slots();
             let block = &mut tree.leaves[..slots.len() * LEAF_ROWS];
-            tree.bounds = refit::leaf(mesh, &ids[slots], block);
+            tree.bounds = refit_leaf(mesh, &ids[slots], block);
             return Updated { sah_cost: costs.sah_cost(tree), rotations: 0 };
         }
         let (top, depths) = self.pieces.downwards(&tree.nodes);

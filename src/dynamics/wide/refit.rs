@@ -3,8 +3,8 @@
 use super::super::Touched;
 use super::slots_in;
 use crate::build::{WideCosts, WideScores};
-use crate::geometry::{Aabb, Triangle, TriangleMesh};
-use crate::tree::{ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, Pieces, Step, write_leaf_in_lanes};
+use crate::geometry::TriangleMesh;
+use crate::tree::{ChildRef, LEAF_ROWS, Node8, Pieces, Step, refit_leaf};
 
 /// Nodes that one thread brings up to date: a subtree, or those above all subtrees.
 pub(super) struct Part<'a> {
@@ -27,20 +27,6 @@ pub(super) struct Part<'a> {
     pub(super) cost: f64,
 }
 
-/// Writes a leaf of these triangles, and returns the box around them.
-#[inline(always)]
-pub(super) fn leaf(mesh: &TriangleMesh, ids: &[u32], block: &mut [f32]) -> Aabb {
-    let mut triangles = [Triangle::default(); MAX_WIDE_LEAF];
-    let triangles = &mut triangles[..ids.len()];
-    let mut bounds = Aabb::EMPTY;
-    for (triangle, &id) in triangles.iter_mut().zip(ids) {
-        *triangle = mesh.triangle(id as usize);
-        bounds = bounds.union(triangle.bounds());
-    }
-    write_leaf_in_lanes(block, triangles);
-    bounds
-}
-
 impl Part<'_> {
     /// Brings the leaves of a node up to date.
     #[inline(always)]
@@ -52,7 +38,7 @@ impl Part<'_> {
                 let slots = child.leaf_slots();
                 let own = slots.start - self.first_slot..slots.end - self.first_slot;
                 let block = &mut self.leaves[own.start * LEAF_ROWS..own.end * LEAF_ROWS];
-                node.set_bounds(slot, &leaf(self.mesh, &self.ids[slots], block));
+                node.set_bounds(slot, &refit_leaf(self.mesh, &self.ids[slots], block));
             }
         }
     }

@@ -90,7 +90,10 @@ pub struct Scratch {
     /// Places of rays in the batch, in the order in which streams take them.
     places: Vec<u16>,
     lists: [Vec<u16>; 8],
-    occluders: Occluders,
+    /// Those of each stratum, and of rays for which none are tried.
+    occluders: [Occluders; STRATA + 1],
+    /// Rays of the last call that an occluder stopped first.
+    stopped_early: u64,
     closest: closest_stream::Memory,
 }
 
@@ -101,11 +104,15 @@ impl Default for Scratch {
             stack: Stack::EMPTY,
             places: Vec::new(),
             lists: Default::default(),
-            occluders: Occluders::EMPTY,
+            occluders: std::array::from_fn(|stratum| Occluders::new(stratum < STRATA)),
+            stopped_early: 0,
             closest: closest_stream::Memory::EMPTY,
         }
     }
 }
+
+/// Strata whose occluders are told apart: others share them.
+const STRATA: usize = 16;
 
 /// How rays are taken through the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,20 +157,23 @@ pub struct Query<'a> {
     pub mode: Mode,
     /// Where to start.
     pub entry: &'a Entry,
+    /// What stopped rays of this stratum is tried first: see [`Hints`](crate::backend::Hints).
+    pub stratum: Option<usize>,
 }
 
 /// Fewer rays have little in common, and most groups would be near empty.
 const LEAST_TOGETHER: usize = 8;
 
-/// For each of `rays` whether anything is in its way. `occluded` holds zeroed words.
+/// For each of `rays` whether anything is in its way. `occluded` holds zeroed words. Returns how many of
+/// them were stopped by what had stopped others.
 pub fn any_hit(
     instructions: Instructions,
     query: &Query<'_>,
     rays: &[Ray],
     occluded: &mut [u64],
     scratch: &mut Scratch,
-) {
-    dispatch(instructions, query, rays, occluded, scratch, &mut NoCount);
+) -> u64 {
+    dispatch(instructions, query, rays, occluded, scratch, &mut NoCount)
 }
 
 /// As [`any_hit`], and adds what each ray visits to its element of `counts`.
@@ -237,12 +247,14 @@ fn dispatch<T: Tally>(
     occluded: &mut [u64],
     scratch: &mut Scratch,
     tally: &mut T,
-) {
+) -> u64 {
+    scratch.stopped_early = 0;
     let words = occluded.chunks_mut(MOST_SORTED / STREAM);
     for (part, (rays, occluded)) in rays.chunks(MOST_SORTED).zip(words).enumerate() {
         tally.begin(part * MOST_SORTED);
         Batch { query, rays, occluded }.trace_on(instructions, scratch, tally);
     }
+    scratch.stopped_early
 }
 
 /// Rays to take through a tree.
@@ -291,7 +303,7 @@ impl Batch<'_> {
         tally: &mut T,
     ) {
         let Self { query, rays, occluded } = self;
-        let Query { mesh, way, mode, entry, .. } = *query;
+        let Query { mesh, way, mode, entry, stratum, .. } = *query;
         let tree = trees.tree();
         let entry = entry.parts().map(|parts| Node8 {
             planes: parts.planes,
@@ -304,8 +316,8 @@ impl Batch<'_> {
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { numbers, stack, places, lists, occluders, .. } = scratch;
-        let occluders = occluders.of_tree(tree.id);
+        let Scratch { numbers, stack, places, lists, occluders, stopped_early, .. } = scratch;
+        let occluders = occluders[stratum.map_or(STRATA, |s| s % STRATA)].of_tree(tree.id);
         let target = Target { bounds: &tree.bounds, mesh, mode };
         places_by_octant::<S, W>(s, rays, places, lists);
         for places in places.chunks(STREAM) {
@@ -322,6 +334,7 @@ impl Batch<'_> {
                 hits &= hits - 1;
             }
         }
+        *stopped_early += occluders.stopped_since();
     }
 }
 

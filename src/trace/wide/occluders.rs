@@ -3,8 +3,8 @@
 //! Neighbouring tiles see the same large occluders. A triangle is tested against a group of rays at
 //! once, at a fraction of what one of them costs in the tree, so it pays to try a few first as long
 //! as they keep stopping some: each has a score, the share of rays that it stopped lately, and goes
-//! when that falls. Occluders are kept for each octant of directions. What is tried first changes no
-//! answer.
+//! when that falls. Occluders are kept for each stratum of rays, such as those of one light, and each
+//! octant of directions. What is tried first changes no answer.
 
 use crate::tree::ChildRef;
 
@@ -32,18 +32,31 @@ pub(super) struct Occluders {
     of_octants: [[Occluder; TRIED]; 8],
     /// Of which tree: see [`Bvh8::id`](crate::tree::Bvh8).
     tree: u64,
+    /// Whether any are kept.
+    is_kept: bool,
+    /// Rays stopped.
+    stopped: u64,
 }
 
 impl Occluders {
     const NONE: Occluder = Occluder { leaf: (0, ChildRef::UNUSED), triangle: 0, score: -1.0 };
-    pub(super) const EMPTY: Self = Self { of_octants: [[Self::NONE; TRIED]; 8], tree: 0 };
+
+    /// None yet; nor later, unless they are to be kept.
+    pub(super) const fn new(is_kept: bool) -> Self {
+        Self { of_octants: [[Self::NONE; TRIED]; 8], tree: 0, is_kept, stopped: 0 }
+    }
 
     /// Forgets those of another tree.
     pub(super) fn of_tree(&mut self, tree: u64) -> &mut Self {
         if self.tree != tree {
-            *self = Self { tree, ..Self::EMPTY };
+            *self = Self { tree, ..Self::new(self.is_kept) };
         }
         self
+    }
+
+    /// Rays that they have stopped since this was asked last.
+    pub(super) fn stopped_since(&mut self) -> u64 {
+        std::mem::take(&mut self.stopped)
     }
 
     /// Tries all on some rays, a bit each, and returns those that are stopped. `stops` tells which
@@ -68,6 +81,7 @@ impl Occluders {
             }
             left &= !hits;
         }
+        self.stopped += u64::from((rays & !left).count_ones());
         rays & !left
     }
 
@@ -75,7 +89,7 @@ impl Occluders {
     #[inline(always)]
     pub(super) fn note(&mut self, octant: u8, leaf: (u32, ChildRef), triangle: usize, hits: u64) {
         let hits = hits.count_ones();
-        if hits >= LEAST_HITS {
+        if hits >= LEAST_HITS && self.is_kept {
             self.remember(octant, Occluder { leaf, triangle, score: hits as f32 / 32.0 });
         }
     }

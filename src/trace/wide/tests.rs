@@ -90,6 +90,7 @@ fn assert_mode_as_binary<T: TriangleTest>(
                     way,
                     mode: T::MODE,
                     entry: &Entry::WHOLE,
+                    stratum: Some(0),
                 },
                 rays,
             );
@@ -293,6 +294,7 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
                 way: Way::Stream,
                 mode,
                 entry: &Entry::WHOLE,
+                stratum: Some(0),
             };
             let expected = answers(Instructions::PORTABLE, &query, &rays);
             for set in Instructions::all() {

@@ -1,7 +1,7 @@
 //! The numbers of a leaf's triangles.
 
-use super::{LEAF_ROWS, WIDTH};
-use crate::geometry::Triangle;
+use super::{LEAF_ROWS, MAX_WIDE_LEAF, WIDTH};
+use crate::geometry::{Aabb, Triangle, TriangleMesh};
 use crate::vectorized::{cross, dot, minus};
 use glam::DVec3;
 
@@ -83,6 +83,20 @@ pub(crate) fn write_leaf_in_lanes(block: &mut [f32], triangles: &[Triangle]) {
     } else {
         write_lanes::<WIDTH>(block, triangles);
     }
+}
+
+/// Writes the leaf of these triangles of a mesh, in lanes, and returns the box around them.
+#[inline(always)]
+pub(crate) fn refit_leaf(mesh: &TriangleMesh, ids: &[u32], block: &mut [f32]) -> Aabb {
+    let mut triangles = [Triangle::default(); MAX_WIDE_LEAF];
+    let triangles = &mut triangles[..ids.len()];
+    let mut bounds = Aabb::EMPTY;
+    for (triangle, &id) in triangles.iter_mut().zip(ids) {
+        *triangle = mesh.triangle(id as usize);
+        bounds = bounds.union(triangle.bounds());
+    }
+    write_leaf_in_lanes(block, triangles);
+    bounds
 }
 
 #[inline(always)]

@@ -5,7 +5,7 @@
 mod leaf;
 mod validate;
 
-pub(crate) use leaf::{write_leaf, write_leaf_in_lanes};
+pub(crate) use leaf::{refit_leaf, write_leaf, write_leaf_in_lanes};
 
 use super::{ChildRef, MAX_DEPTH};
 use crate::geometry::{Aabb, Vec3};

@@ -20,17 +20,21 @@
 //! bound and so beyond its successor's upper one. Of the same distance nothing is dropped, so ties go
 //! to the lower index.
 
+mod best;
+mod leaves;
+
 use super::closest;
-use super::group::{entries_by_group, facet_of, groups, lines_of, of_group};
-use super::leaf::{crossings, facets_of, one_of};
+use super::group::{entries_by_group, groups, of_group};
 use super::one_ray::OneRay;
 use super::rays::{Rays, Row, STREAM};
 use super::simd::{LANES, Simd, Wide};
-use super::stream::{ACTIVE_IN_LEAF, ACTIVE_IN_NODE, prefetch};
+use super::stream::{ACTIVE_IN_NODE, prefetch};
 use super::{Structure, TwoLevel};
-use crate::intersect::{HIT_LANES, HitLanes, PreparedRay};
+use crate::intersect::HitLanes;
 use crate::ray::Hit;
 use crate::tree::{Bvh8, ChildRef, MAX_WIDE_DEPTH, Node8, WIDTH};
+use best::Best;
+use leaves::{InLeaf, InPart, Leaves};
 
 /// A subtree to visit.
 #[derive(Clone, Copy)]
@@ -43,23 +47,6 @@ struct Pending {
     rays: u64,
     /// Where one of them enters it.
     entry: f32,
-}
-
-/// The closest triangle so far.
-#[derive(Clone, Copy)]
-struct Best {
-    triangle: u32,
-    /// Between these distances; the same two if the scalar test was asked.
-    lower: f32,
-    upper: f32,
-}
-
-impl Best {
-    const NONE: Self = Self { triangle: u32::MAX, lower: f32::INFINITY, upper: f32::INFINITY };
-
-    fn is_settled(&self) -> bool {
-        self.lower == self.upper
-    }
 }
 
 /// Memory of a stream at work.
@@ -112,108 +99,6 @@ pub(super) fn closest_hits<S: Simd, W: Wide>(
         Structure::TwoLevel(levels) => stream.descend(s, w, &InPart(levels), all, 0),
     }
     stream.confirm(s, &mut found);
-}
-
-/// A tree, and what is done in its leaves.
-trait Leaves {
-    fn tree(&self) -> &Bvh8;
-
-    /// What rays meet in a leaf at this depth.
-    fn visit<S: Simd, W: Wide>(
-        &self,
-        s: S,
-        w: W,
-        stream: &mut Stream<'_, '_>,
-        leaf: ChildRef,
-        here: u64,
-        level: u16,
-    );
-
-    /// What one ray meets in a leaf.
-    fn visit_alone<S: Simd, W: Wide>(
-        &self,
-        s: S,
-        w: W,
-        stream: &mut Stream<'_, '_>,
-        leaf: ChildRef,
-        index: usize,
-    );
-}
-
-/// Triangles are in the leaves.
-struct InLeaf<'a>(&'a Bvh8);
-
-impl Leaves for InLeaf<'_> {
-    #[inline(always)]
-    fn tree(&self) -> &Bvh8 {
-        self.0
-    }
-
-    #[inline(always)]
-    fn visit<S: Simd, W: Wide>(
-        &self,
-        s: S,
-        w: W,
-        stream: &mut Stream<'_, '_>,
-        leaf: ChildRef,
-        here: u64,
-        _: u16,
-    ) {
-        stream.leaf(s, w, self.0, leaf, here);
-    }
-
-    #[inline(always)]
-    fn visit_alone<S: Simd, W: Wide>(
-        &self,
-        s: S,
-        _: W,
-        stream: &mut Stream<'_, '_>,
-        leaf: ChildRef,
-        index: usize,
-    ) {
-        stream.leaf_of_ray(s, self.0, leaf, index);
-    }
-}
-
-/// Trees are in the leaves.
-struct InPart<'a>(&'a dyn TwoLevel);
-
-impl Leaves for InPart<'_> {
-    #[inline(always)]
-    fn tree(&self) -> &Bvh8 {
-        self.0.top()
-    }
-
-    #[inline(always)]
-    fn visit<S: Simd, W: Wide>(
-        &self,
-        s: S,
-        w: W,
-        stream: &mut Stream<'_, '_>,
-        leaf: ChildRef,
-        here: u64,
-        level: u16,
-    ) {
-        for slot in leaf.leaf_slots() {
-            let part = self.0.part(self.0.top().triangle_ids[slot] as usize);
-            stream.visit_part(s, w, part, here, level);
-        }
-    }
-
-    #[inline(always)]
-    fn visit_alone<S: Simd, W: Wide>(
-        &self,
-        s: S,
-        w: W,
-        stream: &mut Stream<'_, '_>,
-        leaf: ChildRef,
-        index: usize,
-    ) {
-        for slot in leaf.leaf_slots() {
-            let part = self.0.part(self.0.top().triangle_ids[slot] as usize);
-            stream.visit_part_alone(s, w, part, index);
-        }
-    }
 }
 
 struct Stream<'a, 'b> {
@@ -332,188 +217,6 @@ impl Stream<'_, '_> {
             }
             pending[place] = new;
         }
-    }
-
-    #[inline(always)]
-    fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, tree: &Bvh8, leaf: ChildRef, mut here: u64) {
-        let triangles = leaf.leaf_slots().len() as u32;
-        if here.count_ones() > groups::<W>(here) * triangles * ACTIVE_IN_LEAF {
-            for group in 0..STREAM / W::GROUP {
-                let here = of_group::<W>(here, group);
-                if here != 0 {
-                    self.leaf_of_group(w, tree, leaf, group, here);
-                }
-            }
-            return;
-        }
-        while here != 0 {
-            let index = here.trailing_zeros() as usize;
-            here &= here - 1;
-            self.leaf_of_ray(s, tree, leaf, index);
-        }
-    }
-
-    #[inline(always)]
-    fn leaf_of_group<W: Wide>(
-        &mut self,
-        w: W,
-        tree: &Bvh8,
-        leaf: ChildRef,
-        group: usize,
-        here: u64,
-    ) {
-        let slots = leaf.leaf_slots();
-        for triangle in 0..slots.len() {
-            let lines = lines_of(w, self.rays, group);
-            let crossings = crossings(w, &facet_of(w, tree, leaf, triangle), &lines);
-            let mut left = !crossings.certain.misses & here;
-            if left == 0 {
-                continue;
-            }
-            let ([lower, upper], bounded) = crossings.distances(w, &lines);
-            let [lowers, uppers] = &mut self.memory.bounds;
-            w.store(lowers, group, lower);
-            w.store(uppers, group, upper);
-            let certain = crossings.certain.hits & bounded;
-            let id = tree.triangle_ids[slots.start + triangle];
-            while left != 0 {
-                let lane = left.trailing_zeros();
-                left &= left - 1;
-                let index = group * W::GROUP + lane as usize;
-                let [lowers, uppers] = &self.memory.bounds;
-                let candidate =
-                    Best { triangle: id, lower: lowers.0[index], upper: uppers.0[index] };
-                self.consider(index, candidate, certain >> lane & 1 != 0);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn leaf_of_ray<S: Simd>(&mut self, s: S, tree: &Bvh8, leaf: ChildRef, index: usize) {
-        let lines = one_of(s, self.rays, index);
-        let crossings = crossings(s, &facets_of(s, tree, leaf), &lines);
-        let ids = &tree.triangle_ids[leaf.leaf_slots()];
-        let mut left = !crossings.certain.misses & ((1 << ids.len()) - 1);
-        if left == 0 {
-            return;
-        }
-        let ([lower, upper], bounded) = crossings.distances(s, &lines);
-        let (mut lowers, mut uppers) = ([0.0; LANES], [0.0; LANES]);
-        s.store(&mut lowers, lower);
-        s.store(&mut uppers, upper);
-        let certain = crossings.certain.hits & bounded;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            let candidate = Best { triangle: ids[lane], lower: lowers[lane], upper: uppers[lane] };
-            self.consider(index, candidate, certain >> lane & 1 != 0);
-        }
-    }
-
-    /// A triangle that the ray may hit: for certain, and within its bounds, or as the scalar test says.
-    #[inline(always)]
-    fn consider(&mut self, index: usize, candidate: Best, is_certain: bool) {
-        let best = &mut self.memory.best[index];
-        if is_certain {
-            if candidate.lower > best.upper {
-                return;
-            }
-            if candidate.upper < best.lower {
-                *best = candidate;
-                self.rays.shorten(index, candidate.upper);
-                return;
-            }
-        }
-        self.settle(index, candidate.triangle);
-    }
-
-    /// As [`consider`](Self::consider), by the scalar test.
-    #[cold]
-    #[inline(never)]
-    fn settle(&mut self, index: usize, triangle: u32) {
-        let Some(prepared) = self.rays.prepared(index) else { return };
-        let mesh = self.rays.mesh();
-        let distance = |triangle: u32| prepared.triangle(&mesh.triangle(triangle as usize));
-        let Some(t) = distance(triangle) else { return };
-        let best = &mut self.memory.best[index];
-        if t > best.upper {
-            return;
-        }
-        if t >= best.lower && !best.is_settled() {
-            match distance(best.triangle).filter(|t| *t <= best.upper) {
-                Some(t) => (best.lower, best.upper) = (t, t),
-                None => {
-                    self.memory.misled |= 1 << index;
-                    return;
-                }
-            }
-        }
-        if (t, triangle) < (best.lower, best.triangle) {
-            *best = Best { triangle, lower: t, upper: t };
-        }
-        self.rays.shorten(index, best.upper);
-    }
-
-    /// Asks of each ray's best triangle where it is hit.
-    #[inline(always)]
-    fn confirm<S: Simd>(&mut self, s: S, found: &mut impl FnMut(usize, Hit)) {
-        let mut left = self.rays.valid;
-        while left != 0 {
-            let mut indices = [0; HIT_LANES];
-            let mut lanes = 0;
-            while left != 0 && lanes < HIT_LANES {
-                let index = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let best = &self.memory.best[index];
-                if best.is_settled() || self.memory.misled >> index & 1 != 0 {
-                    if let Some(hit) = self.hit(s, index) {
-                        found(index, hit);
-                    }
-                    continue;
-                }
-                let triangle = self.rays.mesh().triangle(best.triangle as usize);
-                self.memory.lanes.set(lanes, self.rays.given(index), &triangle);
-                indices[lanes] = index;
-                lanes += 1;
-            }
-            let distances = self.memory.lanes.distances(&self.structure.top().bounds);
-            for (&index, t) in indices[..lanes].iter().zip(distances) {
-                let Best { triangle, upper, .. } = self.memory.best[index];
-                if t <= upper {
-                    found(index, Hit { t, triangle });
-                } else if let Some(hit) = self.hit(s, index) {
-                    found(index, hit);
-                }
-            }
-        }
-    }
-
-    /// What a ray hits, after all.
-    #[inline(never)]
-    fn hit<S: Simd>(&self, s: S, index: usize) -> Option<Hit> {
-        let best = &self.memory.best[index];
-        if self.memory.misled >> index & 1 == 0 {
-            if best.triangle == Best::NONE.triangle {
-                return None;
-            }
-            let prepared = self.rays.prepared(index)?;
-            if let Some(t) = self.distance(&prepared, best) {
-                return Some(prepared.hit(t, best.triangle));
-            }
-        }
-        s.run(
-            #[inline(always)]
-            || closest::closest_hit(s, self.structure, self.rays.mesh(), self.rays.given(index)),
-        )
-    }
-
-    /// The distance of the best triangle; `None` if it is not what it was taken for.
-    fn distance(&self, prepared: &PreparedRay, best: &Best) -> Option<f32> {
-        if best.is_settled() {
-            return Some(best.lower);
-        }
-        let triangle = self.rays.mesh().triangle(best.triangle as usize);
-        prepared.triangle(&triangle).filter(|t| *t <= best.upper)
     }
 
     /// Takes one ray through a subtree.
