@@ -11,8 +11,9 @@ use crate::tree::ChildRef;
 /// Occluders that are tried for each octant.
 const TRIED: usize = 4;
 
-/// Testing a triangle costs a hundredth of what its rays cost in the tree.
-const LEAST_SCORE: f32 = 0.02;
+/// Testing a triangle costs a hundredth of what its rays cost in the tree, but those that it stops would
+/// often have met something soon: below this, pictures took longer.
+const LEAST_SCORE: f32 = 0.06;
 
 /// Rays of one group that a triangle must stop at once to be remembered.
 const LEAST_HITS: u32 = 2;
