@@ -8,7 +8,7 @@ use super::trial::{Measured, Point};
 use super::view::unit;
 use crate::measure::Summary;
 use crate::measure::convergence::{Bootstrap, Interval};
-use crate::render::Pass;
+use crate::render::{Pass, Skip};
 use crate::report::{Provenance, SceneReport};
 use serde::Serialize;
 
@@ -120,7 +120,7 @@ pub struct PointRow {
     pub differing_pixels: Option<usize>,
 }
 
-/// Shadow rays that one kind of skipping left out of a renderer's images.
+/// Shadow rays that one kind of skipping left out of a renderer's images, or spared a part of their way.
 #[derive(Clone, Debug, Serialize)]
 pub struct SkippedRow {
     /// The scene's name.
@@ -133,7 +133,10 @@ pub struct SkippedRow {
     pub samples: u32,
     /// Its name.
     pub skip: &'static str,
-    /// Rays of one image that it left out.
+    /// Whether these rays were traced all the same: from below the root, or no further than to one
+    /// triangle.
+    pub is_traced: bool,
+    /// Rays of one image that it left out or shortened.
     pub rays: u64,
     /// Their share of the rays that the image had without any skipping.
     pub share: f64,
@@ -294,23 +297,29 @@ fn skipped_rows(
     let point = measured.points.last().expect("some samples");
     let classes = &point.images[0].stats.classes;
     let all: u64 = classes.iter().map(|class| class.rays + class.rays_skipped).sum();
-    let mut rows: Vec<SkippedRow> = Vec::new();
-    for skipped in classes.iter().flat_map(|class| &class.skipped) {
-        match rows.iter_mut().find(|row| row.skip == skipped.by) {
-            Some(row) => row.rays += skipped.rays,
-            None => rows.push(SkippedRow {
-                scene: scene.into(),
-                pass: pass.name(),
-                renderer: spec.label.clone(),
-                samples: point.samples,
-                skip: skipped.by,
-                rays: skipped.rays,
-                share: 0.0,
-            }),
+    let left_out = |skip: Skip| {
+        let skipped = classes.iter().flat_map(|class| &class.skipped);
+        skipped.filter(|skipped| skipped.by == skip.name()).map(|skipped| skipped.rays).sum()
+    };
+    let rays_by = |skip: Skip| match skip {
+        Skip::EntryPoints => (true, classes.iter().map(|class| class.rays_from_entries).sum()),
+        Skip::LastOccluders => (true, classes.iter().map(|class| class.rays_by_occluders).sum()),
+        _ => (false, left_out(skip)),
+    };
+    let row = |skip: Skip| {
+        let (is_traced, rays): (bool, u64) = rays_by(skip);
+        SkippedRow {
+            scene: scene.into(),
+            pass: pass.name(),
+            renderer: spec.label.clone(),
+            samples: point.samples,
+            skip: skip.name(),
+            is_traced,
+            rays,
+            share: rays as f64 / all.max(1) as f64,
         }
-    }
-    rows.iter_mut().for_each(|row| row.share = row.rays as f64 / all.max(1) as f64);
-    rows
+    };
+    Skip::ALL.into_iter().map(row).filter(|row| row.rays > 0).collect()
 }
 
 fn point_row(

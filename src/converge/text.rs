@@ -115,10 +115,13 @@ fn cell_text(report: &ConvergeReport, cell: &CellReport) -> String {
             .skipped
             .iter()
             .filter(|row| of_cell(&row.scene, row.pass) && row.renderer == renderer.label);
-        let kinds: Vec<String> =
-            own.map(|row| format!("{} {:.1} %", row.skip, 100.0 * row.share)).collect();
-        if !kinds.is_empty() {
-            let _ = writeln!(text, "{} left out: {}", renderer.label, kinds.join(", "));
+        for (is_traced, what) in [(false, "left out"), (true, "shortened")] {
+            let kinds = own.clone().filter(|row| row.is_traced == is_traced);
+            let kinds: Vec<String> =
+                kinds.map(|row| format!("{} {:.1} %", row.skip, 100.0 * row.share)).collect();
+            if !kinds.is_empty() {
+                let _ = writeln!(text, "{} {what}: {}", renderer.label, kinds.join(", "));
+            }
         }
     }
     let mut ratios = table(RATIO_HEADER);
