@@ -157,7 +157,7 @@ pub struct Query<'a> {
     pub mode: Mode,
     /// Where to start.
     pub entry: &'a Entry,
-    /// What stopped rays of this stratum is tried first: see [`Hints`](crate::backend::Hints).
+    /// What stopped rays of this stratum is tried first; `None` tries and remembers nothing.
     pub stratum: Option<usize>,
 }
 

@@ -12,7 +12,7 @@ use crate::tree::ChildRef;
 const TRIED: usize = 4;
 
 /// Testing a triangle costs a hundredth of what its rays cost in the tree, but those that it stops would
-/// often have met something soon: below this, pictures took longer.
+/// often have met something soon: with a third of this, some pictures took longer than without.
 const LEAST_SCORE: f32 = 0.06;
 
 /// Rays of one group that a triangle must stop at once to be remembered.
