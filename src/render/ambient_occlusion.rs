@@ -20,10 +20,10 @@ pub fn rays(
     rays: &mut Vec<Ray>,
 ) {
     directions.resize(points.coordinates().0.len());
-    let frame = Frame::new(surface.normal);
+    let axes = Frame::new(surface.normal).axes().map(|axis| axis.as_vec3());
     vectorized(
         #[inline(always)]
-        || directions.set(&frame, points),
+        || directions.set(axes, points),
     );
     let [x, y, z] = &directions.0;
     let directions = x.iter().zip(y).zip(z).take(points.len());
@@ -42,15 +42,15 @@ impl Directions {
     }
 
     #[inline(always)]
-    fn set(&mut self, frame: &Frame, points: &Points) {
+    fn set(&mut self, axes: [Vec3; 3], points: &Points) {
         let (u, v) = points.coordinates();
         let len = u.len();
         let v = &v[..len];
         let [x, y, z] = self.0.each_mut().map(|d| &mut d[..len]);
         for i in 0..len {
-            let local = warp::cosine_hemisphere([f64::from(u[i]), f64::from(v[i])]);
-            let direction = frame.to_world(local);
-            (x[i], y[i], z[i]) = (direction.x as f32, direction.y as f32, direction.z as f32);
+            let local = warp::cosine_hemisphere([u[i], v[i]]);
+            let direction = axes[0] * local.x + axes[1] * local.y + axes[2] * local.z;
+            (x[i], y[i], z[i]) = (direction.x, direction.y, direction.z);
         }
     }
 }

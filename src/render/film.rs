@@ -8,6 +8,7 @@ use super::tile::TILE_PIXELS;
 use crate::ray::{VisitCounts, bit};
 use glam::{DVec3, Vec3};
 use std::f64::consts::{FRAC_1_PI, PI};
+use std::ops::Range;
 
 /// Reflectance of every surface in the picture that is meant for the eye.
 const ALBEDO: f64 = 0.8;
@@ -164,15 +165,14 @@ impl TileSums {
         let ClassSums { lit, all } = &mut self.classes[class];
         // Run by run of rays of a pixel.
         let mut first = 0;
-        for run in slots.chunk_by(|a, b| a == b) {
-            let rays = first..first + run.len();
+        while let Some(&slot) = slots.get(first) {
+            let rays = first..first + run_of(slot, &slots[first..]);
             first = rays.end;
-            let slot = usize::from(run[0]);
+            let slot = usize::from(slot);
             if weights.is_empty() {
                 // Whole numbers: the same as one after the other.
-                let open = rays.clone().filter(|&ray| !bit(occluded, ray)).count();
-                all[slot] += run.len() as f64;
-                lit[slot] += open as f64;
+                all[slot] += rays.len() as f64;
+                lit[slot] += (rays.len() as u32 - bits_set(occluded, rays)) as f64;
                 continue;
             }
             let (mut lit_sum, mut all_sum) = (lit[slot], all[slot]);
@@ -218,6 +218,25 @@ impl TileSums {
             self.nodes[usize::from(slot)] += u64::from(count.nodes);
         }
     }
+}
+
+/// How many of the first slots are this one.
+fn run_of(slot: u8, slots: &[u8]) -> usize {
+    const AT_ONCE: usize = 64;
+    let (chunks, _) = slots.as_chunks::<AT_ONCE>();
+    let whole = AT_ONCE * chunks.iter().take_while(|chunk| **chunk == [slot; AT_ONCE]).count();
+    whole + slots[whole..].iter().take_while(|other| **other == slot).count()
+}
+
+/// How many bits are set among those of a range.
+fn bits_set(words: &[u64], range: Range<usize>) -> u32 {
+    let (mut count, mut at) = (0, range.start);
+    while at < range.end {
+        let len = (64 - at % 64).min(range.end - at);
+        count += (words[at / 64] >> (at % 64) << (64 - len)).count_ones();
+        at += len;
+    }
+    count
 }
 
 /// A film under way.
@@ -347,4 +366,26 @@ fn paint(layers: &mut [Layer], plans: &[LayerPlan], plan: &Plan, unshadowed: &[f
 pub(crate) fn luminance(rgb: Vec3) -> f64 {
     let rgb = rgb.as_dvec3();
     0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_and_their_bits() {
+        let mut slots = [3; 300];
+        for len in [0, 1, 63, 64, 65, 128, 200, 299, 300] {
+            slots[..len].fill(7);
+            slots[len..].fill(3);
+            assert_eq!(run_of(7, &slots), len);
+        }
+        let words = [0x8000_0000_0000_0001, u64::MAX, 0x0f0f_0000_0000_1234];
+        for start in 0..192 {
+            for end in start..=192 {
+                let expected = (start..end).filter(|&i| bit(&words, i)).count() as u32;
+                assert_eq!(bits_set(&words, start..end), expected, "{start}..{end}");
+            }
+        }
+    }
 }

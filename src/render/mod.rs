@@ -8,6 +8,7 @@ mod adaptive;
 pub mod ambient_occlusion;
 mod film;
 mod layers;
+pub mod light_samples;
 mod light_sampling;
 mod plan;
 mod recording;

@@ -5,6 +5,7 @@
 //! which they are seen) and directional lights; other quads and disks uniformly in area, and all but
 //! directional lights if [`LightSampling::Area`] is asked for.
 
+use super::light_samples::LightSamples;
 use super::light_sampling::LightSampling;
 use super::sampler::Points;
 use super::spherical_rectangle::SphericalRectangle;
@@ -12,7 +13,7 @@ use super::surface::{SurfacePoint, offset_distance};
 use super::warp::{self, Frame};
 use crate::ray::Ray;
 use crate::scene::{Light, LightShape};
-use crate::vectorized::vectorized;
+use crate::vectorized::{inverse_sqrt, vectorized};
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -24,33 +25,6 @@ pub struct LightSample {
     /// Irradiance that arrives if nothing is in the way, over the light's strength: cosines over
     /// density. 0 where the sample is below the surface's horizon or on the light's dark side.
     pub weight: f32,
-}
-
-/// What many samples of a light bring, number by number, as [`LightSample`] says.
-#[derive(Clone, Debug, Default)]
-pub struct LightSamples {
-    directions: [Vec<f32>; 3],
-    weights: Vec<f32>,
-}
-
-impl LightSamples {
-    /// Weight of each sample, and of what lies behind them: see [`Points`].
-    #[inline]
-    pub fn weights(&self) -> &[f32] {
-        &self.weights
-    }
-
-    /// Direction of sample `index`.
-    #[inline]
-    pub fn direction(&self, index: usize) -> Vec3 {
-        let [x, y, z] = &self.directions;
-        Vec3::new(x[index], y[index], z[index])
-    }
-
-    fn resize(&mut self, len: usize) {
-        self.directions.iter_mut().for_each(|d| d.resize(len, 0.0));
-        self.weights.resize(len, 0.0);
-    }
 }
 
 /// Whether every sample of the light is the same, so that one is enough.
@@ -221,11 +195,11 @@ impl LightView {
     pub fn sample(&self, point: [f32; 2]) -> LightSample {
         let mut samples = LightSamples::default();
         self.sample_all(&Points::of(&[point]), &mut samples);
-        LightSample { ray: self.ray(samples.direction(0)), weight: samples.weights[0] }
+        LightSample { ray: self.ray(samples.direction(0)), weight: samples.weights()[0] }
     }
 
     /// The ray of a sample with this direction.
-    #[inline]
+    #[inline(always)]
     pub fn ray(&self, direction: Vec3) -> Ray {
         Ray::new(self.ray_origin, direction, self.t_max)
     }
@@ -243,26 +217,36 @@ impl LightView {
     fn sample_each(&self, points: &Points, samples: &mut LightSamples) {
         let nothing = (DVec3::ZERO, 0.0);
         match self.kind {
-            Kind::Nothing => each(
+            Kind::Nothing => samples.set(
                 points,
-                samples,
                 #[inline(always)]
                 |_| nothing,
             ),
-            Kind::Rectangle { shape, foot, axes, plane } => each(
+            Kind::Rectangle { shape, foot, axes, plane } => samples.set_in_steps(
                 points,
-                samples,
                 #[inline(always)]
-                |point| {
-                    let ([x, y], distance) = shape.sample(point);
+                |point| shape.turn(point),
+                #[inline(always)]
+                |steps| {
+                    steps.next(
+                        #[inline(always)]
+                        |numbers| shape.across(numbers),
+                    );
+                    steps.next(
+                        #[inline(always)]
+                        |numbers| shape.up(numbers),
+                    );
+                },
+                #[inline(always)]
+                |numbers| {
+                    let ([x, y], inverse_distance) = shape.place(numbers);
                     let target = foot + axes[0] * x + axes[1] * y;
-                    self.segment(target, plane.lift(target), shape.solid_angle() / distance)
+                    self.segment(target, plane.lift(target), shape.solid_angle() * inverse_distance)
                 },
             ),
             Kind::Parallelogram { corner, edges, area, plane } => {
-                each(
+                samples.set(
                     points,
-                    samples,
                     #[inline(always)]
                     |point| {
                         let target = corner + edges[0] * point[0] + edges[1] * point[1];
@@ -270,9 +254,8 @@ impl LightView {
                     },
                 );
             }
-            Kind::Disk { center, radius, frame, plane } => each(
+            Kind::Disk { center, radius, frame, plane } => samples.set(
                 points,
-                samples,
                 #[inline(always)]
                 |point| {
                     let p = warp::concentric_disk(point) * radius;
@@ -281,26 +264,41 @@ impl LightView {
                 },
             ),
             Kind::Sphere { center, radius, frame, distance, one_minus_cos } => {
-                each(
+                let inverse_radius = 1.0 / radius;
+                samples.set_in_steps(
                     points,
-                    samples,
                     #[inline(always)]
                     |point| {
-                        let local = warp::uniform_cone(point, one_minus_cos);
-                        let sin_squared = local.x * local.x + local.y * local.y;
-                        let half_chord =
-                            (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
-                        let direction = frame.to_world(local);
-                        let target = self.origin + direction * (distance * local.z - half_chord);
-                        let plane = Plane::new((target - center) / radius, self.origin, &[target]);
-                        let distance = (target - self.origin).length();
-                        self.segment(target, plane.lift(target), TAU * one_minus_cos / distance)
+                        let (p, squared) = warp::polar_disk(point);
+                        [p.x, p.y, squared, 0.0]
+                    },
+                    #[inline(always)]
+                    |steps| {
+                        steps.next(
+                            #[inline(always)]
+                            |[x, y, squared, _]| {
+                                let local = warp::on_cone([x, y], squared, one_minus_cos);
+                                let sin_squared = local.x * local.x + local.y * local.y;
+                                let half_chord_squared =
+                                    radius * radius - distance * distance * sin_squared;
+                                [local.x, local.y, local.z, half_chord_squared.max(0.0)]
+                            },
+                        );
+                    },
+                    #[inline(always)]
+                    |[x, y, z, squared]| {
+                        let half_chord = squared * inverse_sqrt(squared);
+                        let direction = frame.to_world(DVec3::new(x, y, z));
+                        let way = distance * z - half_chord;
+                        let target = self.origin + direction * way;
+                        let normal = (target - center) * inverse_radius;
+                        let plane = Plane::new(normal, self.origin, &[target]);
+                        self.segment(target, plane.lift(target), TAU * one_minus_cos / way)
                     },
                 );
             }
-            Kind::SphereSurface { center, radius } => each(
+            Kind::SphereSurface { center, radius } => samples.set(
                 points,
-                samples,
                 #[inline(always)]
                 |point| {
                     let normal = warp::uniform_sphere(point);
@@ -310,9 +308,8 @@ impl LightView {
                 },
             ),
             Kind::Directional { frame, one_minus_cos, factor } => {
-                each(
+                samples.set(
                     points,
-                    samples,
                     #[inline(always)]
                     |point| {
                         let direction = frame.to_world(warp::uniform_cone(point, one_minus_cos));
@@ -320,9 +317,8 @@ impl LightView {
                     },
                 );
             }
-            Kind::Point { position } => each(
+            Kind::Point { position } => samples.set(
                 points,
-                samples,
                 #[inline(always)]
                 |_| {
                     let to_light = position - self.origin;
@@ -363,20 +359,6 @@ impl LightView {
         let weight = (self.normal.dot(whole) * factor) as f32;
         let usable = (weight > 0.0) & weight.is_finite();
         (direction, if usable { weight } else { 0.0 })
-    }
-}
-
-/// Direction and weight of each point, by a function that does not branch.
-#[inline(always)]
-fn each(points: &Points, samples: &mut LightSamples, of: impl Fn([f64; 2]) -> (DVec3, f32)) {
-    let (u, v) = points.coordinates();
-    let len = u.len();
-    let [x, y, z] = samples.directions.each_mut().map(|d| &mut d[..len]);
-    let (v, weights) = (&v[..len], &mut samples.weights[..len]);
-    for i in 0..len {
-        let (direction, weight) = of([f64::from(u[i]), f64::from(v[i])]);
-        (x[i], y[i], z[i]) = (direction.x as f32, direction.y as f32, direction.z as f32);
-        weights[i] = weight;
     }
 }
 

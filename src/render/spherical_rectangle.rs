@@ -1,6 +1,8 @@
 //! Uniform sampling of the solid angle of a rectangle.
 
+use super::light_samples::Numbers;
 use super::warp::sin_cos;
+use crate::vectorized::inverse_sqrt;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -13,6 +15,8 @@ use std::f64::consts::TAU;
 pub(super) struct SphericalRectangle {
     /// Distance to the plane, positive.
     height: f64,
+    inverse_height: f64,
+    /// Over the height, as is `y`.
     x: [f64; 2],
     y: [f64; 2],
     b: [f64; 2],
@@ -36,7 +40,19 @@ impl SphericalRectangle {
         let angle = |i: usize| (-n[i].dot(n[(i + 1) % 4])).clamp(-1.0, 1.0).acos();
         let k = TAU - angle(2) - angle(3);
         let solid_angle = angle(0) + angle(1) - k;
-        (solid_angle > 1e-5).then_some(Self { height, x, y, b: [n[0].z, n[2].z], k, solid_angle })
+        let [x, y] = [x, y].map(|span| span.map(|end| end / height));
+        let is_usable =
+            solid_angle > 1e-5 && [x, y].as_flattened().iter().all(|end| end.abs() < 1e9);
+        let inverse_height = 1.0 / height;
+        is_usable.then_some(Self {
+            height,
+            inverse_height,
+            x,
+            y,
+            b: [n[0].z, n[2].z],
+            k,
+            solid_angle,
+        })
     }
 
     /// In steradians.
@@ -45,25 +61,46 @@ impl SphericalRectangle {
         self.solid_angle
     }
 
-    /// Coordinates in the rectangle's axes, relative to the point's foot, and the distance from the
-    /// point.
+    /// Coordinates in the rectangle's axes, relative to the point's foot, and one over the distance
+    /// from the point.
+    #[cfg(test)]
+    fn sample(&self, point: [f64; 2]) -> ([f64; 2], f64) {
+        self.place(self.up(self.across(self.turn(point))))
+    }
+
+    /// The first of four steps to a sample.
     ///
-    /// The paper's formulas with fewer roots and divisions: with `m = b0 cos - b1`, its
-    /// `f = m / sin` and `c = 1 / sqrt(f^2 + b0^2)` give
-    /// `x = height |sin| / sqrt(m^2 - (1 - b0^2) sin^2)`, and `y = h` times the distance.
+    /// The paper's formulas without divisions, and with few roots, in units of the height: with
+    /// `m = b0 cos - b1`, its `f = m / sin` and `c = 1 / sqrt(f^2 + b0^2)` give
+    /// `x = |sin| / sqrt(m^2 - (1 - b0^2) sin^2)`, and `y = h` times the distance.
     #[inline(always)]
-    pub(super) fn sample(&self, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
+    pub(super) fn turn(&self, [u, v]: [f64; 2]) -> Numbers {
         let [sin, cos] = sin_cos(u * self.solid_angle + self.k);
         let m = cos * self.b[0] - self.b[1];
         let below = (m * m - (1.0 - self.b[0] * self.b[0]) * (sin * sin)).max(1e-18 * m * m);
-        let x = self.height * sin.abs() / (below + f64::MIN_POSITIVE).sqrt();
-        let x = x.copysign(m * sin).clamp(self.x[0], self.x[1]);
-        let squared = x * x + self.height * self.height;
-        let [h0, h1] = self.y.map(|y| y / (squared + y * y).sqrt());
-        let h = h0 + v * (h1 - h0);
-        let distance = (squared / (1.0 - h * h).max(1e-18)).sqrt();
-        let y = (h * distance).clamp(self.y[0], self.y[1]);
-        ([x, y], distance)
+        [sin.abs().copysign(m * sin), below, v, 0.0]
+    }
+
+    #[inline(always)]
+    pub(super) fn across(&self, [sin, below, v, _]: Numbers) -> Numbers {
+        let x = (sin * inverse_sqrt(below)).clamp(self.x[0], self.x[1]);
+        [x, x * x + 1.0, v, 0.0]
+    }
+
+    #[inline(always)]
+    pub(super) fn up(&self, [x, squared, v, _]: Numbers) -> Numbers {
+        let [h0, h1] = self.y.map(|y| y * inverse_sqrt(squared + y * y));
+        [x, squared, h0 + v * (h1 - h0), 0.0]
+    }
+
+    /// Coordinates in the rectangle's axes, relative to the point's foot, and one over the distance
+    /// from the point.
+    #[inline(always)]
+    pub(super) fn place(&self, [x, squared, h, _]: Numbers) -> ([f64; 2], f64) {
+        let rest = (1.0 - h * h).max(1e-18);
+        let root = inverse_sqrt(squared * rest);
+        let y = (h * squared * root).clamp(self.y[0], self.y[1]);
+        ([x, y].map(|end| end * self.height), rest * root * self.inverse_height)
     }
 }
 
@@ -92,10 +129,11 @@ mod tests {
             const N: u32 = 512;
             for i in 0..N * N {
                 let uv = [i % N, i / N].map(|k| (f64::from(k) + 0.5) / f64::from(N));
-                let ([px, py], distance) = all.sample(uv);
+                let ([px, py], inverse) = all.sample(uv);
                 let length = DVec3::new(px, py, height).length();
-                assert!((distance - length).abs() < 1e-9 * length, "{distance} is not {length}");
-                assert!(x[0] <= px && px <= x[1] && y[0] <= py && py <= y[1]);
+                assert!((inverse * length - 1.0).abs() < 1e-9, "1 / {inverse} is not {length}");
+                let inside_of = |p: f64, [a, b]: [f64; 2]| a - 1e-15 <= p && p <= b + 1e-15;
+                assert!(inside_of(px, x) && inside_of(py, y));
                 inside += u32::from(px < cut_x && py < cut_y);
             }
             let share = f64::from(inside) / f64::from(N * N);

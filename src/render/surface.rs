@@ -133,8 +133,8 @@ mod tests {
             for k in 0..8 {
                 // From straight up to within a quarter of a thousandth of the plane.
                 let u = if k == 0 { 1.0 - 2f64.powi(-23) } else { random(&mut state) };
-                let local = warp::cosine_hemisphere([u, random(&mut state)]);
-                let direction = warp::to_world(local, point.normal).as_vec3();
+                let local = warp::cosine_hemisphere([u, random(&mut state)].map(|x| x as f32));
+                let direction = warp::to_world(local.as_dvec3(), point.normal).as_vec3();
                 let ray = Ray::new(point.origin, direction, f32::INFINITY);
                 assert!(!hit_in_f32(&ray, &triangle), "case {case}: {ray:?} meets {triangle:?}");
             }

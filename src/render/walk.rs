@@ -3,12 +3,13 @@
 
 use super::ambient_occlusion::{self, Directions};
 use super::film::PrimarySums;
+use super::light_samples::LightSamples;
 use super::plan::Plan;
 use super::sampler::{Dimension, PixelSampler, Points};
 use super::settings::RayClass;
 use super::shafts::{Aim, Gate, Group, groups};
 use super::skip::{Skip, Skips};
-use super::soft_shadow::{LightSamples, LightView};
+use super::soft_shadow::LightView;
 use super::stats::SkippedRays;
 use super::surface::SurfacePoint;
 use super::surface_lanes::points_seen;
@@ -363,12 +364,14 @@ impl Pixels<'_, '_> {
                 self.sink.known(self.class, &known);
                 continue;
             }
-            for (index, &weight) in weights.iter().enumerate() {
-                if weight != 0.0 || !self.walk.skip.has(Skip::Weightless) {
-                    self.buffer.rays.push(light.ray(of_light.direction(index)));
-                    self.buffer.weights.push(weight);
-                }
-            }
+            let (weightless, buffer) = (!skip(Skip::Weightless), &mut *self.buffer);
+            of_light.add_rays(
+                points.len(),
+                weightless,
+                |direction| light.ray(direction),
+                &mut buffer.rays,
+                &mut buffer.weights,
+            );
             let added = self.buffer.rays.len() - before;
             self.skipped[Skip::Weightless as usize] += (points.len() - added) as u64;
             self.buffer.slots.extend(std::iter::repeat_n(visible.slot, added));

@@ -1,7 +1,8 @@
 //! Maps from the unit square to disks, spheres and cones. All preserve area, so stratified points
 //! stay stratified.
 
-use glam::{DVec2, DVec3};
+use crate::vectorized::inverse_sqrt;
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::FRAC_PI_4;
 
 /// Two unit vectors at right angles to the unit vector `n` and to each other; the three are
@@ -29,6 +30,11 @@ impl Frame {
         Self([tangent, bitangent, n])
     }
 
+    /// Its axes, the normal last.
+    pub fn axes(&self) -> [DVec3; 3] {
+        self.0
+    }
+
     /// `local` in world coordinates.
     #[inline(always)]
     pub fn to_world(&self, local: DVec3) -> DVec3 {
@@ -41,13 +47,25 @@ pub fn to_world(local: DVec3, n: DVec3) -> DVec3 {
     Frame::new(n).to_world(local)
 }
 
-/// Unit direction about +z with density `cos(theta) / pi`. Never in the horizon's plane, even when
-/// rounded to `f32`: the cosine is at least `2^-11`.
+/// Unit direction about +z with density `cos(theta) / pi`. Never in the horizon's plane: the cosine is
+/// at least `2^-11`. In numbers half as wide as elsewhere, as directions are used: vectors hold twice
+/// as many.
 #[inline(always)]
-pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
-    const LEAST_SQUARED: f64 = 1.0 / (1 << 22) as f64;
-    let p = concentric_disk(point);
-    p.extend((1.0 - p.length_squared()).max(LEAST_SQUARED).sqrt())
+pub fn cosine_hemisphere([u, v]: [f32; 2]) -> Vec3 {
+    const LEAST_SQUARED: f32 = 1.0 / (1 << 22) as f32;
+    // As in `concentric_disk`.
+    let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    let along_a = a.abs() > b.abs();
+    let (radius, other) = if along_a { (a, b) } else { (b, a) };
+    let divisor = if radius == 0.0 { 1.0 } else { radius };
+    let angle = std::f32::consts::FRAC_PI_4 * (other / divisor);
+    let [sin, cos] = small_sin_cos_single(angle).map(|x| x * radius);
+    let p = if along_a { Vec2::new(cos, sin) } else { Vec2::new(sin, cos) };
+    // From the edge without the rounding of `radius`.
+    let longer = if along_a { u } else { v };
+    let to_edge = 2.0 * if longer < 0.5 { longer } else { 1.0 - longer };
+    let squared = to_edge * (1.0 + radius.abs());
+    p.extend(squared.max(LEAST_SQUARED).sqrt())
 }
 
 /// Uniform in the unit disk, with little distortion.
@@ -55,13 +73,20 @@ pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
 /// Shirley and Chiu, "A Low Distortion Map Between Disk and Square", JGT 2(3), 1997.
 #[inline(always)]
 pub fn concentric_disk([u, v]: [f64; 2]) -> DVec2 {
+    polar_disk([u, v]).0
+}
+
+/// The point of [`concentric_disk`], and its distance from the centre, squared.
+#[inline(always)]
+pub(super) fn polar_disk([u, v]: [f64; 2]) -> (DVec2, f64) {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     let along_a = a.abs() > b.abs();
     let (radius, other) = if along_a { (a, b) } else { (b, a) };
     // In the middle 0 over something instead of over 0.
     let divisor = if radius == 0.0 { 1.0 } else { radius };
     let [sin, cos] = small_sin_cos(FRAC_PI_4 * (other / divisor)).map(|x| x * radius);
-    if along_a { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) }
+    let p = if along_a { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) };
+    (p, radius * radius)
 }
 
 /// Unit direction, uniform over the sphere.
@@ -75,9 +100,17 @@ pub fn uniform_sphere(point: [f64; 2]) -> DVec3 {
 /// digits otherwise. Density: `1 / (2 pi one_minus_cos)`.
 #[inline(always)]
 pub fn uniform_cone(point: [f64; 2], one_minus_cos: f64) -> DVec3 {
-    let p = concentric_disk(point);
-    let depth = p.length_squared() * one_minus_cos;
-    (p * (one_minus_cos * (2.0 - depth)).max(0.0).sqrt()).extend(1.0 - depth)
+    let (p, squared) = polar_disk(point);
+    on_cone(p.to_array(), squared, one_minus_cos)
+}
+
+/// The direction of [`uniform_cone`] for a point of the disk, and its distance from the centre,
+/// squared.
+#[inline(always)]
+pub(super) fn on_cone(point: [f64; 2], squared: f64, one_minus_cos: f64) -> DVec3 {
+    let depth = squared * one_minus_cos;
+    let scale = (one_minus_cos * (2.0 - depth)).max(0.0);
+    (DVec2::from(point) * (scale * inverse_sqrt(scale))).extend(1.0 - depth)
 }
 
 /// Sine and cosine of an angle between `-pi / 4` and `pi / 4`, without branches, to 1e-12: sums of
@@ -89,6 +122,16 @@ fn small_sin_cos(angle: f64) -> [f64; 2] {
     const COS: [f64; 6] = series(2);
     let x2 = angle * angle;
     let sum = |terms: &[f64]| terms.iter().rev().fold(0.0, |sum, term| (sum + term) * x2);
+    [angle + angle * sum(&SIN), 1.0 + sum(&COS)]
+}
+
+/// [`small_sin_cos`] in `f32`, to 1e-7.
+#[inline(always)]
+fn small_sin_cos_single(angle: f32) -> [f32; 2] {
+    const SIN: [f32; 4] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0];
+    const COS: [f32; 4] = [-1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0];
+    let x2 = angle * angle;
+    let sum = |terms: &[f32]| terms.iter().rev().fold(0.0, |sum, term| (sum + term) * x2);
     [angle + angle * sum(&SIN), 1.0 + sum(&COS)]
 }
 
@@ -141,7 +184,7 @@ mod tests {
     #[test]
     fn bases_are_orthonormal_and_right_handed() {
         for p in grid().step_by(37) {
-            let mut n = uniform_sphere(p);
+            let mut n = uniform_sphere(p).normalize();
             for flip in [DVec3::ONE, DVec3::NEG_ONE] {
                 n *= flip;
                 let [t, b] = orthonormal_basis(n);
@@ -172,9 +215,10 @@ mod tests {
         let close = |value: f64, expected: f64| {
             assert!((value - expected).abs() < 2e-3, "{value} is not {expected}");
         };
-        close(mean(|p| cosine_hemisphere(p).z), 2.0 / 3.0);
-        close(mean(|p| cosine_hemisphere(p).x.powi(2)), 0.25);
-        close(mean(|p| f64::from(cosine_hemisphere(p).z < 0.75f64.sqrt())), 0.75);
+        let hemisphere = |p: [f64; 2]| cosine_hemisphere(p.map(|x| x as f32)).as_dvec3();
+        close(mean(|p| hemisphere(p).z), 2.0 / 3.0);
+        close(mean(|p| hemisphere(p).x.powi(2)), 0.25);
+        close(mean(|p| f64::from(hemisphere(p).z < 0.75f64.sqrt())), 0.75);
         close(mean(|p| concentric_disk(p).length_squared()), 0.5);
         close(mean(|p| concentric_disk(p).x.powi(2)), 0.25);
         close(mean(|p| f64::from(concentric_disk(p).length() < 0.5)), 0.25);
@@ -189,8 +233,12 @@ mod tests {
     fn directions_have_unit_length_and_stay_inside() {
         for p in grid().chain([[0.0, 0.0], [1.0 - 2f64.powi(-23), 0.0]]) {
             assert!(concentric_disk(p).length() < 1.0 + 1e-12);
-            assert!(cosine_hemisphere(p).z > 4e-4);
-            assert!((cosine_hemisphere(p).length() - 1.0).abs() < 2e-7);
+            let single = p.map(|x| x as f32);
+            let direction = cosine_hemisphere(single);
+            assert!(direction.z > 4e-4);
+            assert!((direction.as_dvec3().length() - 1.0).abs() < 3e-7);
+            let disk = concentric_disk(single.map(f64::from));
+            assert!((direction.as_dvec3().truncate() - disk).length() < 3e-7, "{direction}");
             for w in [uniform_sphere(p), uniform_cone(p, 1e-12)] {
                 assert!((w.length() - 1.0).abs() < 1e-11, "{w}");
             }
