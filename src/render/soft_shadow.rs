@@ -54,9 +54,11 @@ enum Kind {
     Nothing,
     Rectangle {
         shape: SphericalRectangle,
+        /// From the surface point to its foot on the plane, and the axes from there.
         foot: DVec3,
         axes: [DVec3; 2],
-        plane: Plane,
+        /// What is enough for all of the light.
+        lift: Lift,
     },
     Parallelogram {
         corner: DVec3,
@@ -132,7 +134,8 @@ impl LightView {
                 let edges @ [u, v] = [edge_u, edge_v].map(|e| e.as_dvec3());
                 let corners = [corner, corner + u, corner + v, corner + u + v];
                 let plane = Plane::new(u.cross(v).normalize_or_zero(), origin, &corners);
-                let by_angle = if by_area { None } else { rectangle(origin, corner, edges, plane) };
+                let by_angle =
+                    if by_area { None } else { rectangle(origin, &corners, edges, plane) };
                 // The rectangle in its place has right angles, so that its corners lie elsewhere.
                 let skew = by_angle.map_or(0.0, |_| 2.0 * u.dot(v).abs() / u.length());
                 let dark = plane.height <= 0.0 || below(&corners, skew);
@@ -222,28 +225,34 @@ impl LightView {
                 #[inline(always)]
                 |_| nothing,
             ),
-            Kind::Rectangle { shape, foot, axes, plane } => samples.set_in_steps(
-                points,
-                #[inline(always)]
-                |point| shape.turn(point),
-                #[inline(always)]
-                |steps| {
-                    steps.next(
-                        #[inline(always)]
-                        |numbers| shape.across(numbers),
-                    );
-                    steps.next(
-                        #[inline(always)]
-                        |numbers| shape.up(numbers),
-                    );
-                },
-                #[inline(always)]
-                |numbers| {
-                    let ([x, y], inverse_distance) = shape.place(numbers);
-                    let target = foot + axes[0] * x + axes[1] * y;
-                    self.segment(target, plane.lift(target), shape.solid_angle() * inverse_distance)
-                },
-            ),
+            Kind::Rectangle { shape, foot, axes, lift } => {
+                // Products with the normal, of which sums make cosines.
+                let above = [foot, axes[0], axes[1], lift.away].map(|v| self.normal.dot(v));
+                samples.set_in_steps(
+                    points,
+                    #[inline(always)]
+                    |point| shape.turn(point),
+                    #[inline(always)]
+                    |steps| {
+                        steps.next(
+                            #[inline(always)]
+                            |numbers| shape.across(numbers),
+                        );
+                        steps.next(
+                            #[inline(always)]
+                            |numbers| shape.up(numbers),
+                        );
+                    },
+                    #[inline(always)]
+                    |numbers| {
+                        let ([x, y], inverse_distance) = shape.place(numbers);
+                        let whole = foot + axes[0] * x + axes[1] * y;
+                        let height = above[0] + above[1] * x + above[2] * y;
+                        let weight = height * (shape.solid_angle() * inverse_distance);
+                        (lift.shortened(whole, height + above[3]), usable(weight))
+                    },
+                );
+            }
             Kind::Parallelogram { corner, edges, area, plane } => {
                 samples.set(
                     points,
@@ -264,7 +273,10 @@ impl LightView {
                 },
             ),
             Kind::Sphere { center, radius, frame, distance, one_minus_cos } => {
-                let inverse_radius = 1.0 / radius;
+                let (inverse_radius, from_center) = (1.0 / radius, self.origin - center);
+                // What is enough for all of the sphere.
+                let offset =
+                    offset_distance(reach(center) + radius, 4.0 * (reach(from_center) + radius));
                 samples.set_in_steps(
                     points,
                     #[inline(always)]
@@ -290,10 +302,11 @@ impl LightView {
                         let half_chord = squared * inverse_sqrt(squared);
                         let direction = frame.to_world(DVec3::new(x, y, z));
                         let way = distance * z - half_chord;
-                        let target = self.origin + direction * way;
-                        let normal = (target - center) * inverse_radius;
-                        let plane = Plane::new(normal, self.origin, &[target]);
-                        self.segment(target, plane.lift(target), TAU * one_minus_cos / way)
+                        let whole = direction * way;
+                        let normal = (from_center + whole) * inverse_radius;
+                        let height = -normal.dot(whole);
+                        let lift = Lift::off(normal, height, 1.0 / height, offset);
+                        self.towards(whole, lift, TAU * one_minus_cos / way)
                     },
                 );
             }
@@ -351,14 +364,41 @@ impl LightView {
     /// and the distance of the target.
     #[inline(always)]
     fn segment(&self, target: DVec3, lift: Lift, factor: f64) -> (DVec3, f32) {
-        let whole = target - self.origin;
+        self.towards(target - self.origin, lift, factor)
+    }
+
+    /// As [`segment`](Self::segment), given the whole way.
+    #[inline(always)]
+    fn towards(&self, whole: DVec3, lift: Lift, factor: f64) -> (DVec3, f32) {
+        let height = self.normal.dot(whole + lift.away);
+        (lift.shortened(whole, height), usable(self.normal.dot(whole) * factor))
+    }
+}
+
+/// The weight, if it is one that counts.
+#[inline(always)]
+fn usable(weight: f64) -> f32 {
+    let weight = weight as f32;
+    if (weight > 0.0) & weight.is_finite() { weight } else { 0.0 }
+}
+
+impl Lift {
+    /// By `offset`, or half of the surface point's `height` above the light's tangential plane.
+    #[inline(always)]
+    fn off(normal: DVec3, height: f64, inverse_height: f64, offset: f64) -> Self {
+        let offset = offset.min(0.5 * height);
+        // Not a number where the light is dark anyway.
+        let part = (offset * inverse_height).min(0.5);
+        Self { away: normal * offset, share: 1.0 - part }
+    }
+
+    /// A way to the light, or a little less of it: to `height` above the surface, if that is above.
+    #[inline(always)]
+    fn shortened(&self, whole: DVec3, height: f64) -> DVec3 {
         // To an end between numbers of f32: the difference is rounded, not the end.
-        let lifted = whole + lift.away;
+        let lifted = whole + self.away;
         // Right below a large light the lift may lead below the horizon what is above it.
-        let direction = if self.normal.dot(lifted) > 0.0 { lifted } else { whole * lift.share };
-        let weight = (self.normal.dot(whole) * factor) as f32;
-        let usable = (weight > 0.0) & weight.is_finite();
-        (direction, if usable { weight } else { 0.0 })
+        if height > 0.0 { lifted } else { whole * self.share }
     }
 }
 
@@ -381,15 +421,13 @@ impl Plane {
     #[inline(always)]
     fn lift(&self, target: DVec3) -> Lift {
         // A ceiling that the light is set in may be a triangle much larger than the light.
-        let offset = offset_distance(reach(target), 4.0 * self.reach).min(0.5 * self.height);
-        // Not a number where the light is dark anyway.
-        let part = (offset * self.inverse_height).min(0.5);
-        Lift { away: self.normal * offset, share: 1.0 - part }
+        let offset = offset_distance(reach(target), 4.0 * self.reach);
+        Lift::off(self.normal, self.height, self.inverse_height, offset)
     }
 }
 
 /// The quad as a rectangle, if it is one and looks large enough.
-fn rectangle(origin: DVec3, corner: DVec3, edges: [DVec3; 2], plane: Plane) -> Option<Kind> {
+fn rectangle(origin: DVec3, corners: &[DVec3; 4], edges: [DVec3; 2], plane: Plane) -> Option<Kind> {
     let lengths = edges.map(DVec3::length);
     let right_angle = edges[0].dot(edges[1]).abs() <= 1e-6 * lengths[0] * lengths[1];
     if !right_angle || plane.height.is_nan() || plane.height <= 0.0 {
@@ -397,11 +435,13 @@ fn rectangle(origin: DVec3, corner: DVec3, edges: [DVec3; 2], plane: Plane) -> O
     }
     let x_axis = edges[0] / lengths[0];
     let axes = [x_axis, plane.normal.cross(x_axis)];
-    let to_corner = corner - origin;
+    let to_corner = corners[0] - origin;
     let span = |i: usize| {
         let start = to_corner.dot(axes[i]);
         [start, start + lengths[i]]
     };
     let shape = SphericalRectangle::new(span(0), span(1), plane.height)?;
-    Some(Kind::Rectangle { shape, foot: origin - plane.normal * plane.height, axes, plane })
+    let farthest = corners.iter().fold(DVec3::ZERO, |all, corner| all.max(corner.abs()));
+    let (foot, lift) = (-plane.normal * plane.height, plane.lift(farthest));
+    Some(Kind::Rectangle { shape, foot, axes, lift })
 }
