@@ -260,7 +260,7 @@ fn mean_weight(shape: LightShape, surface: &SurfacePoint, sampling: LightSamplin
     let grid: Vec<[f32; 2]> = (0..N * N).map(|i| [middle(i % N), middle(i / N)]).collect();
     let light = Light { name: "light".into(), shape, strength: glam::Vec3::ONE };
     let view = LightView::new(&light, surface, sampling);
-    let mut samples = sato::render::soft_shadow::LightSamples::default();
+    let mut samples = sato::render::light_samples::LightSamples::default();
     view.sample_all(&Points::of(&grid), &mut samples);
     let weights = &samples.weights()[..N * N];
     assert!(weights.iter().all(|w| *w >= 0.0 && w.is_finite()), "{shape:?}");

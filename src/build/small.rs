@@ -12,6 +12,7 @@ use crate::tree::{
     Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_LEAF, Node8, ScoreAtSplit, WIDTH, write_leaf_in_lanes,
 };
 use crate::vectorized::vectorized;
+use std::cell::RefCell;
 
 /// From here on sets are halved, so that depth stays in bounds.
 const DEEPEST_BY_COST: usize = 16;
@@ -26,24 +27,53 @@ pub const MOST_SMALL: usize = 4096;
 /// with larger scores come first.
 pub fn small_tree(mesh: &TriangleMesh, ids: &[u32], score: ScoreAtSplit) -> Bvh8 {
     debug_assert!(ids.len() <= MOST_SMALL);
-    let mut references: Vec<Reference> =
-        ids.iter().map(|&id| Reference::new(&mesh.triangle(id as usize).bounds(), id)).collect();
-    let mut room = references.clone();
-    let extent = Extent::of(&references);
-    let mut builder = Builder {
-        mesh,
-        score,
-        nodes: Vec::with_capacity(ids.len() / 8 + 1),
-        leaves: vec![0.0; ids.len() * LEAF_ROWS + WIDTH],
-        triangle_ids: Vec::with_capacity(ids.len()),
-    };
-    let bounds = if ids.is_empty() { Aabb::EMPTY } else { extent.bounds() };
-    let root = (!ids.is_empty()).then(|| {
-        let whole = Set { references: &mut references, room: &mut room, extent };
-        builder.grow(whole, 0)
-    });
-    let Builder { nodes, leaves, triangle_ids, .. } = builder;
-    Bvh8 { nodes, root, bounds, leaves, triangle_ids, id: Bvh8::new_id() }
+    SCRATCH.with_borrow_mut(|scratch| {
+        let Scratch { references, room, output } = scratch;
+        references.clear();
+        references
+            .extend(ids.iter().map(|&id| Reference::new(&mesh.triangle(id as usize).bounds(), id)));
+        room.clone_from(references);
+        output.nodes.clear();
+        output.triangle_ids.clear();
+        output.leaves.resize(output.leaves.len().max(ids.len() * LEAF_ROWS), 0.0);
+        let extent = Extent::of(references);
+        let bounds = if ids.is_empty() { Aabb::EMPTY } else { extent.bounds() };
+        let root = (!ids.is_empty())
+            .then(|| Builder { mesh, score, output }.grow(Set { references, room, extent }, 0));
+        let Output { nodes, leaves, triangle_ids } = output;
+        let mut own_leaves = Vec::with_capacity(ids.len() * LEAF_ROWS + WIDTH);
+        own_leaves.extend_from_slice(&leaves[..ids.len() * LEAF_ROWS]);
+        own_leaves.extend([0.0; WIDTH]);
+        Bvh8 {
+            nodes: nodes.clone(),
+            root,
+            bounds,
+            leaves: own_leaves,
+            triangle_ids: triangle_ids.clone(),
+            id: Bvh8::new_id(),
+        }
+    })
+}
+
+/// What a thread uses again for all its trees, so that each takes no more memory than it keeps.
+#[derive(Default)]
+struct Scratch {
+    references: Vec<Reference>,
+    room: Vec<Reference>,
+    output: Output,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+/// A tree under way.
+#[derive(Default)]
+struct Output {
+    nodes: Vec<Node8>,
+    /// Room for the leaves of all triangles.
+    leaves: Vec<f32>,
+    triangle_ids: Vec<u32>,
 }
 
 /// Some triangles, and as much room for them to be divided into.
@@ -56,9 +86,7 @@ struct Set<'a> {
 struct Builder<'a> {
     mesh: &'a TriangleMesh,
     score: ScoreAtSplit,
-    nodes: Vec<Node8>,
-    leaves: Vec<f32>,
-    triangle_ids: Vec<u32>,
+    output: &'a mut Output,
 }
 
 /// What becomes of a set.
@@ -165,40 +193,43 @@ impl Builder<'_> {
     }
 
     /// Adds a node of these children, and what they become.
-    fn node(&mut self, children: [Option<Set<'_>>; WIDTH], depth: usize) -> ChildRef {
-        let mut children: Vec<(f64, Set<'_>)> = children
-            .into_iter()
-            .flatten()
-            .map(|set| {
-                let mut ids = set.references.iter().map(Reference::id);
-                ((self.score)(self.mesh, &set.extent.bounds(), &mut ids), set)
-            })
-            .collect();
-        // Stable, so that ties stay as they are.
-        children.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let index = self.nodes.len();
-        let mut placed = [(ChildRef::UNUSED, Aabb::EMPTY); WIDTH];
-        for (place, (_, set)) in placed.iter_mut().zip(&children) {
-            place.1 = set.extent.bounds();
+    fn node(&mut self, mut children: [Option<Set<'_>>; WIDTH], depth: usize) -> ChildRef {
+        let mut scored = [(0.0, 0); WIDTH];
+        let mut len = 0;
+        for set in children.iter().flatten() {
+            let mut ids = set.references.iter().map(Reference::id);
+            scored[len] = ((self.score)(self.mesh, &set.extent.bounds(), &mut ids), len);
+            len += 1;
         }
-        self.nodes.push(Node8::new(&placed[..children.len()]));
-        for (slot, (_, set)) in children.into_iter().enumerate() {
-            let child = self.grow(set, depth + 1);
-            self.nodes[index].children[slot] = child;
+        let order = &mut scored[..len];
+        // Stable, so that ties stay as they are.
+        order.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let index = self.output.nodes.len();
+        let mut placed = [(ChildRef::UNUSED, Aabb::EMPTY); WIDTH];
+        for (place, (_, child)) in placed.iter_mut().zip(&*order) {
+            place.1 = children[*child].as_ref().map_or(Aabb::EMPTY, |set| set.extent.bounds());
+        }
+        self.output.nodes.push(Node8::new(&placed[..len]));
+        for (slot, (_, child)) in order.iter().enumerate() {
+            if let Some(set) = children[*child].take() {
+                let child = self.grow(set, depth + 1);
+                self.output.nodes[index].children[slot] = child;
+            }
         }
         ChildRef::inner(index)
     }
 
     fn leaf(&mut self, set: &Set<'_>) -> ChildRef {
         let mut triangles = [Triangle::default(); MAX_WIDE_LEAF];
-        let first = self.triangle_ids.len();
+        let Output { leaves, triangle_ids, .. } = &mut *self.output;
+        let first = triangle_ids.len();
         for reference in &*set.references {
             let id = reference.id();
-            triangles[self.triangle_ids.len() - first] = self.mesh.triangle(id as usize);
-            self.triangle_ids.push(id);
+            triangles[triangle_ids.len() - first] = self.mesh.triangle(id as usize);
+            triangle_ids.push(id);
         }
-        let end = self.triangle_ids.len();
-        let block = &mut self.leaves[first * LEAF_ROWS..end * LEAF_ROWS];
+        let end = triangle_ids.len();
+        let block = &mut leaves[first * LEAF_ROWS..end * LEAF_ROWS];
         vectorized(
             #[inline(always)]
             || write_leaf_in_lanes(block, &triangles[..end - first]),

@@ -100,7 +100,7 @@ impl Parts {
         let most = most_in_part(all.len());
         let mut parts = Self::uncut(mesh, score);
         parts.cut(vec![all], most);
-        parts.place();
+        parts.make_top();
         parts
     }
 
@@ -119,7 +119,8 @@ impl Parts {
             let first = self.triangle_ids.len();
             self.triangle_ids.extend(regions.triangle_ids);
             let shifted = |range: Range<usize>| first + range.start..first + range.end;
-            self.parts.extend(regions.ranges.into_iter().map(shifted).map(Part::new));
+            let ranges = regions.ranges.into_iter().map(shifted);
+            self.parts.extend(ranges.zip(regions.bounds).map(|(range, b)| Part::new(range, b)));
             first..self.triangle_ids.len()
         };
         cut.into_iter().map(add).collect()
@@ -195,9 +196,9 @@ impl Parts {
 }
 
 impl Part {
-    fn new(triangles: Range<usize>) -> Self {
+    fn new(triangles: Range<usize>, bounds: Aabb) -> Self {
         let (tree, earlier) = (OnceLock::new(), Mutex::new(None));
-        Self { triangles, bounds: Aabb::EMPTY, tree, earlier }
+        Self { triangles, bounds, tree, earlier }
     }
 }
 

@@ -59,7 +59,7 @@ impl Parts {
         let mut parts = Self::uncut(Arc::clone(&mesh), score);
         match (!still_ids.is_empty()).then(|| still(&mesh, &still_ids)).flatten() {
             Some(tree) => {
-                let part = Part::new(0..still_ids.len());
+                let part = Part::new(0..still_ids.len(), Aabb::EMPTY);
                 let _ = part.tree.set(Box::new(Made::new(tree)));
                 parts.triangle_ids.extend(still_ids);
                 parts.parts.push(part);

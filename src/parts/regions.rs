@@ -13,6 +13,8 @@ pub(super) struct Regions {
     pub(super) triangle_ids: Vec<u32>,
     /// Where each region's begin and end: in order, none empty.
     pub(super) ranges: Vec<Range<usize>>,
+    /// The box around each region's triangles.
+    pub(super) bounds: Vec<Aabb>,
 }
 
 /// Bits of a cell's number along the curve.
@@ -28,8 +30,20 @@ const CHUNK: usize = 1 << 14;
 /// Regions of at most `most` of the triangles `ids`. On the current rayon pool; the same for any number
 /// of threads.
 pub(super) fn regions(mesh: &TriangleMesh, ids: Vec<u32>, most: usize) -> Regions {
-    let mut regions = Regions { triangle_ids: Vec::with_capacity(ids.len()), ranges: Vec::new() };
-    divide(mesh, ids, most, true, &mut regions);
+    let boxes: Vec<Aabb> =
+        ids.par_iter().with_min_len(CHUNK).map(|&id| mesh.triangle(id as usize).bounds()).collect();
+    let triangle_ids = Vec::with_capacity(ids.len());
+    let mut regions = Regions { triangle_ids, ranges: Vec::new(), bounds: Vec::new() };
+    divide(&boxes, (0..ids.len() as u32).collect(), most, true, &mut regions);
+    // So far numbers among `ids`.
+    let Regions { triangle_ids, ranges, bounds } = &mut regions;
+    let around = |range: &Range<usize>| {
+        let own = triangle_ids[range.clone()].iter();
+        own.fold(Aabb::EMPTY, |all, &number| all.union(boxes[number as usize]))
+    };
+    ranges.par_iter().with_min_len(64).map(around).collect_into_vec(bounds);
+    let numbers = triangle_ids.par_iter_mut().with_min_len(CHUNK);
+    numbers.for_each(|number| *number = ids[*number as usize]);
     regions
 }
 
@@ -43,23 +57,22 @@ struct Place {
 }
 
 impl Place {
-    fn of(mesh: &TriangleMesh, id: u32) -> Self {
-        let bounds = mesh.triangle(id as usize).bounds();
+    fn of(bounds: &Aabb) -> Self {
         // Halved first, so that nothing overflows.
         let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
         Self { center: min + max, size: (max - min).max_element() }
     }
 }
 
-fn divide(mesh: &TriangleMesh, ids: Vec<u32>, most: usize, by_size: bool, regions: &mut Regions) {
+/// Adds regions of some of the triangles, whose boxes these are.
+fn divide(boxes: &[Aabb], ids: Vec<u32>, most: usize, by_size: bool, regions: &mut Regions) {
     if ids.len() <= most {
         return regions.add(&ids);
     }
-    let places: Vec<Place> =
-        ids.par_iter().with_min_len(CHUNK).map(|&id| Place::of(mesh, id)).collect();
-    let bounds = places
+    let place = |id: &u32| Place::of(&boxes[*id as usize]);
+    let bounds = ids
         .par_chunks(CHUNK)
-        .map(|places| Aabb::of_points(places.iter().map(|place| place.center)))
+        .map(|ids| Aabb::of_points(ids.iter().map(|id| place(id).center)))
         .reduce(|| Aabb::EMPTY, Aabb::union);
     let extent = bounds.size().max_element();
     // Some cells for each region to be, so that regions end near where they should.
@@ -71,10 +84,11 @@ fn divide(mesh: &TriangleMesh, ids: Vec<u32>, most: usize, by_size: bool, region
         return;
     }
     let sizes = if by_size { SIZES } else { 1 };
-    let cell_of: Vec<u32> = places
+    let cell_of: Vec<u32> = ids
         .par_iter()
         .with_min_len(CHUNK)
-        .map(|place| {
+        .map(|id| {
+            let place = place(id);
             // 0 for the largest.
             let exponent = |number: f32| (number.max(f32::MIN_POSITIVE).to_bits() >> 23) as usize;
             let steps = exponent(extent).saturating_sub(exponent(place.size)) / SIZE_STEP;
@@ -82,14 +96,13 @@ fn divide(mesh: &TriangleMesh, ids: Vec<u32>, most: usize, by_size: bool, region
             ((class as u32) << grid.bits) | grid.cell(place.center)
         })
         .collect();
-    drop(places);
     let cells = sizes << grid.bits;
     let mut starts = vec![0; cells + 1];
     cell_of.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
     (0..cells).for_each(|cell| starts[cell + 1] += starts[cell]);
     let sorted = sort(&ids, &cell_of, &starts);
     drop((ids, cell_of));
-    let cut = Cut { mesh, sorted: &sorted, starts: &starts, most };
+    let cut = Cut { boxes, sorted: &sorted, starts: &starts, most };
     (0..sizes).for_each(|size| cut.cells(size << grid.bits..(size + 1) << grid.bits, regions));
 }
 
@@ -126,7 +139,7 @@ fn sort(ids: &[u32], cell_of: &[u32], starts: &[usize]) -> Vec<u32> {
 
 /// Cells along the curve, some of which make a region together.
 struct Cut<'a> {
-    mesh: &'a TriangleMesh,
+    boxes: &'a [Aabb],
     sorted: &'a [u32],
     starts: &'a [usize],
     most: usize,
@@ -139,7 +152,7 @@ impl Cut<'_> {
         } else if ids.len() <= self.most {
             regions.add(ids);
         } else if cells.len() == 1 {
-            divide(self.mesh, ids.to_vec(), self.most, false, regions);
+            divide(self.boxes, ids.to_vec(), self.most, false, regions);
         } else {
             let middle = cells.start + cells.len() / 2;
             self.cells(cells.start..middle, regions);
@@ -223,6 +236,12 @@ mod tests {
             assert_eq!(range.start, next);
             assert!((1..=most).contains(&range.len()), "{range:?}");
             next = range.end;
+        }
+        assert_eq!(regions.bounds.len(), regions.ranges.len());
+        for (range, bounds) in regions.ranges.iter().zip(&regions.bounds) {
+            let ids = &regions.triangle_ids[range.clone()];
+            let boxes = ids.iter().map(|&id| mesh.triangle(id as usize).bounds());
+            assert_eq!(*bounds, boxes.fold(Aabb::EMPTY, Aabb::union), "{range:?}");
         }
         let mut ids = regions.triangle_ids.clone();
         ids.sort_unstable();

@@ -172,7 +172,7 @@ impl TileSums {
             if weights.is_empty() {
                 // Whole numbers: the same as one after the other.
                 all[slot] += rays.len() as f64;
-                lit[slot] += (rays.len() as u32 - bits_set(occluded, rays)) as f64;
+                lit[slot] += f64::from(rays.len() as u32 - bits_set(occluded, rays));
                 continue;
             }
             let (mut lit_sum, mut all_sum) = (lit[slot], all[slot]);

@@ -10,6 +10,7 @@ use glam::{DVec3, Vec3};
 pub struct LightSamples {
     directions: [Vec<f32>; 3],
     weights: Vec<f32>,
+    steps: Steps,
 }
 
 impl LightSamples {
@@ -84,7 +85,7 @@ impl LightSamples {
         last: impl Fn(Numbers) -> (DVec3, f32),
     ) {
         let (u, v) = points.coordinates();
-        let mut block = Steps { rows: [[0.0; BLOCK]; 4], len: 0 };
+        let block = &mut self.steps;
         for start in (0..u.len()).step_by(BLOCK) {
             let range = start..u.len().min(start + BLOCK);
             block.len = range.len();
@@ -93,7 +94,7 @@ impl LightSamples {
                 #[inline(always)]
                 |i, _| first([f64::from(u[i]), f64::from(v[i])]),
             );
-            steps(&mut block);
+            steps(block);
             let directions = self.directions.each_mut().map(|d| &mut d[range.clone()]);
             set(
                 block.len.min(BLOCK),
@@ -129,9 +130,16 @@ const BLOCK: usize = 64;
 pub(super) type Numbers = [f64; 4];
 
 /// Points between steps.
+#[derive(Clone, Debug)]
 pub(super) struct Steps {
     rows: [[f64; BLOCK]; 4],
     len: usize,
+}
+
+impl Default for Steps {
+    fn default() -> Self {
+        Self { rows: [[0.0; BLOCK]; 4], len: 0 }
+    }
 }
 
 impl Steps {

@@ -134,11 +134,13 @@ impl LightView {
                 let edges @ [u, v] = [edge_u, edge_v].map(|e| e.as_dvec3());
                 let corners = [corner, corner + u, corner + v, corner + u + v];
                 let plane = Plane::new(u.cross(v).normalize_or_zero(), origin, &corners);
-                let by_angle =
-                    if by_area { None } else { rectangle(origin, &corners, edges, plane) };
+                let is_rectangle = !by_area && has_right_angles(edges);
                 // The rectangle in its place has right angles, so that its corners lie elsewhere.
-                let skew = by_angle.map_or(0.0, |_| 2.0 * u.dot(v).abs() / u.length());
+                let skew = if is_rectangle { 2.0 * u.dot(v).abs() / u.length() } else { 0.0 };
                 let dark = plane.height <= 0.0 || below(&corners, skew);
+                // Whatever points of a dark light are drawn, they weigh nothing.
+                let may_be = is_rectangle && !dark;
+                let by_angle = may_be.then(|| rectangle(origin, &corners, edges, plane)).flatten();
                 let area = u.cross(v).length();
                 let parallelogram = Kind::Parallelogram { corner, edges, area, plane };
                 (by_angle.unwrap_or(parallelogram), dark)
@@ -426,13 +428,16 @@ impl Plane {
     }
 }
 
-/// The quad as a rectangle, if it is one and looks large enough.
+fn has_right_angles([u, v]: [DVec3; 2]) -> bool {
+    u.dot(v).abs() <= 1e-6 * u.length() * v.length()
+}
+
+/// A quad with right angles as a rectangle, if it looks large enough.
 fn rectangle(origin: DVec3, corners: &[DVec3; 4], edges: [DVec3; 2], plane: Plane) -> Option<Kind> {
-    let lengths = edges.map(DVec3::length);
-    let right_angle = edges[0].dot(edges[1]).abs() <= 1e-6 * lengths[0] * lengths[1];
-    if !right_angle || plane.height.is_nan() || plane.height <= 0.0 {
+    if plane.height.is_nan() || plane.height <= 0.0 {
         return None;
     }
+    let lengths = edges.map(DVec3::length);
     let x_axis = edges[0] / lengths[0];
     let axes = [x_axis, plane.normal.cross(x_axis)];
     let to_corner = corners[0] - origin;

@@ -39,9 +39,8 @@ fn table() -> &'static [u32] {
 /// in the order of the cells of ever finer grids that they lie in: any `1 << n` of them that start at a
 /// multiple of that share a cell of the grid of as many. Scrambling moves cells as wholes.
 fn by_cell(log_count: u32) -> &'static [[u32; 2]] {
-    const NONE: OnceLock<Vec<[u32; 2]>> = OnceLock::new();
     static TABLES: [OnceLock<Vec<[u32; 2]>>; LONGEST.ilog2() as usize + 1] =
-        [NONE; LONGEST.ilog2() as usize + 1];
+        [const { OnceLock::new() }; LONGEST.ilog2() as usize + 1];
     TABLES[log_count as usize].get_or_init(|| {
         let mut points = vec![[0; 2]; 1 << log_count];
         for index in 0..1 << log_count {
