@@ -201,7 +201,8 @@ fn scenes_far_from_the_origin_tiny_and_huge() {
         let mesh = random.mesh(200);
         let moved = mesh.vertices().iter().map(|v| *v * scale + offset).collect();
         let scene = scene_of(TriangleMesh::new(moved, mesh.triangles().to_vec()));
-        let rays: Vec<_> = (0..3000)
+        // Where digits are lost every ray goes to the slowest of tests, for each of all backends.
+        let rays: Vec<_> = (0..1000)
             .map(|_| {
                 let ray = random.ray();
                 let origin = ray.origin * scale + offset;

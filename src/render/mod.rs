@@ -8,6 +8,7 @@ mod adaptive;
 pub mod ambient_occlusion;
 mod film;
 mod layers;
+mod light_lift;
 pub mod light_samples;
 mod light_sampling;
 mod plan;
