@@ -126,17 +126,7 @@ impl Parts {
         cut.into_iter().map(add).collect()
     }
 
-    /// Finds the boxes of all parts, and the tree over them.
-    fn place(&mut self) {
-        let Self { mesh, triangle_ids, parts, .. } = self;
-        parts.par_iter_mut().with_min_len(8).for_each(|part| {
-            let ids = &triangle_ids[part.triangles.clone()];
-            let boxes = ids.iter().map(|&id| mesh.triangle(id as usize).bounds());
-            part.bounds = boxes.fold(Aabb::EMPTY, Aabb::union);
-        });
-        self.make_top();
-    }
-
+    /// Builds the tree over all parts.
     fn make_top(&mut self) {
         let boxes: Vec<Aabb> = self.parts.iter().map(|part| part.bounds).collect();
         self.top = top_over(&boxes);

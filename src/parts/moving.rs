@@ -59,7 +59,7 @@ impl Parts {
         let mut parts = Self::uncut(Arc::clone(&mesh), score);
         match (!still_ids.is_empty()).then(|| still(&mesh, &still_ids)).flatten() {
             Some(tree) => {
-                let part = Part::new(0..still_ids.len(), Aabb::EMPTY);
+                let part = Part::new(0..still_ids.len(), tree.bounds);
                 let _ = part.tree.set(Box::new(Made::new(tree)));
                 parts.triangle_ids.extend(still_ids);
                 parts.parts.push(part);
@@ -72,7 +72,7 @@ impl Parts {
         let first_moving = parts.parts.len();
         let most = most_in_part(moving_ids.iter().map(Vec::len).sum());
         let groups = parts.cut(moving_ids, most);
-        parts.place();
+        parts.make_top();
         parts.movement = Some(Movement {
             first_moving,
             most,
@@ -135,6 +135,7 @@ impl Parts {
         is_spread
     }
 
+    /// Cuts up again what moves; the tree over the parts is left as it was.
     fn cut_anew(&mut self) {
         let Some(Movement { first_moving, most, groups, .. }) = &self.movement else { return };
         let most = *most;
@@ -144,7 +145,6 @@ impl Parts {
         self.triangle_ids.truncate(groups.first().map_or(usize::MAX, |range| range.start));
         let groups = self.cut(moving_ids, most);
         self.movement.as_mut().expect("moves").groups = groups;
-        self.place();
         self.note_vertices();
     }
 }

@@ -215,21 +215,21 @@ impl LightView {
                 samples.set_in_steps(
                     points,
                     #[inline(always)]
-                    |point| shape.turn(point),
+                    |point| shape.phi(point),
                     #[inline(always)]
                     |steps| {
                         steps.next(
                             #[inline(always)]
-                            |numbers| shape.across(numbers),
+                            |numbers| shape.x(numbers),
                         );
                         steps.next(
                             #[inline(always)]
-                            |numbers| shape.up(numbers),
+                            |numbers| shape.h(numbers),
                         );
                     },
                     #[inline(always)]
                     |numbers| {
-                        let ([x, y], inverse_distance) = shape.place(numbers);
+                        let ([x, y], inverse_distance) = shape.y_and_distance(numbers);
                         let whole = foot + axes[0] * x + axes[1] * y;
                         let height = above[0] + above[1] * x + above[2] * y;
                         let weight = height * (shape.solid_angle() * inverse_distance);

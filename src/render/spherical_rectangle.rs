@@ -61,42 +61,43 @@ impl SphericalRectangle {
         self.solid_angle
     }
 
-    /// Coordinates in the rectangle's axes, relative to the point's foot, and one over the distance
-    /// from the point.
+    /// All steps to the sample of a point, as [`y_and_distance`](Self::y_and_distance) returns it.
     #[cfg(test)]
     fn sample(&self, point: [f64; 2]) -> ([f64; 2], f64) {
-        self.place(self.up(self.across(self.turn(point))))
+        self.y_and_distance(self.h(self.x(self.phi(point))))
     }
 
-    /// The first of four steps to a sample.
+    /// The first of four steps to a sample, named as the paper has what they find: terms of the angle.
     ///
     /// The paper's formulas without divisions, and with few roots, in units of the height: with
     /// `m = b0 cos - b1`, its `f = m / sin` and `c = 1 / sqrt(f^2 + b0^2)` give
     /// `x = |sin| / sqrt(m^2 - (1 - b0^2) sin^2)`, and `y = h` times the distance.
     #[inline(always)]
-    pub(super) fn turn(&self, [u, v]: [f64; 2]) -> Numbers {
+    pub(super) fn phi(&self, [u, v]: [f64; 2]) -> Numbers {
         let [sin, cos] = sin_cos(u * self.solid_angle + self.k);
         let m = cos * self.b[0] - self.b[1];
         let below = (m * m - (1.0 - self.b[0] * self.b[0]) * (sin * sin)).max(1e-18 * m * m);
         [sin.abs().copysign(m * sin), below, v, 0.0]
     }
 
+    /// The second step: the first coordinate.
     #[inline(always)]
-    pub(super) fn across(&self, [sin, below, v, _]: Numbers) -> Numbers {
+    pub(super) fn x(&self, [sin, below, v, _]: Numbers) -> Numbers {
         let x = (sin * inverse_sqrt(below)).clamp(self.x[0], self.x[1]);
         [x, x * x + 1.0, v, 0.0]
     }
 
+    /// The third step: the second coordinate over the distance.
     #[inline(always)]
-    pub(super) fn up(&self, [x, squared, v, _]: Numbers) -> Numbers {
+    pub(super) fn h(&self, [x, squared, v, _]: Numbers) -> Numbers {
         let [h0, h1] = self.y.map(|y| y * inverse_sqrt(squared + y * y));
         [x, squared, h0 + v * (h1 - h0), 0.0]
     }
 
-    /// Coordinates in the rectangle's axes, relative to the point's foot, and one over the distance
-    /// from the point.
+    /// The last step: coordinates in the rectangle's axes, relative to the point's foot, and one over
+    /// the distance from the point.
     #[inline(always)]
-    pub(super) fn place(&self, [x, squared, h, _]: Numbers) -> ([f64; 2], f64) {
+    pub(super) fn y_and_distance(&self, [x, squared, h, _]: Numbers) -> ([f64; 2], f64) {
         let rest = (1.0 - h * h).max(1e-18);
         let root = inverse_sqrt(squared * rest);
         let y = (h * squared * root).clamp(self.y[0], self.y[1]);

@@ -159,7 +159,8 @@ impl PixelSampler {
 
     /// Makes `points` those of indices `range` in block `block` of a dimension, whose blocks have
     /// `count` points. Points of a block are spread well together; so are those of a power of two of
-    /// blocks of Sobol points.
+    /// blocks of Sobol points. In what order they come is the sampler's: the first ones of a block are
+    /// spread no better than any.
     pub fn fill(
         &self,
         dimension: Dimension,
