@@ -157,6 +157,10 @@ impl<'a> Set<'a> {
 impl Builder<'_> {
     /// Adds what a set becomes.
     fn grow(&mut self, set: Set<'_>, depth: usize) -> ChildRef {
+        // A node of its own for so few seldom pays, and it takes a look for a split to know.
+        if set.references.len() <= MAX_WIDE_LEAF {
+            return self.leaf(&set);
+        }
         let sides = match set.fate(depth, set.area()) {
             Fate::Leaf => return self.leaf(&set),
             Fate::Split(split) => set.split(&split),

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Triangles by region.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Regions {
     /// Indices of the triangles, region by region.
     pub(super) triangle_ids: Vec<u32>,
@@ -27,23 +27,17 @@ const SIZE_STEP: usize = 3;
 /// Triangles that one thread counts at once.
 const CHUNK: usize = 1 << 14;
 
+/// Regions, or cells to be divided, that one thread takes at once.
+const PIECES: usize = 1 << 9;
+
 /// Regions of at most `most` of the triangles `ids`. On the current rayon pool; the same for any number
 /// of threads.
 pub(super) fn regions(mesh: &TriangleMesh, ids: Vec<u32>, most: usize) -> Regions {
     let boxes: Vec<Aabb> =
         ids.par_iter().with_min_len(CHUNK).map(|&id| mesh.triangle(id as usize).bounds()).collect();
-    let triangle_ids = Vec::with_capacity(ids.len());
-    let mut regions = Regions { triangle_ids, ranges: Vec::new(), bounds: Vec::new() };
-    divide(&boxes, (0..ids.len() as u32).collect(), most, true, &mut regions);
-    // So far numbers among `ids`.
-    let Regions { triangle_ids, ranges, bounds } = &mut regions;
-    let around = |range: &Range<usize>| {
-        let own = triangle_ids[range.clone()].iter();
-        own.fold(Aabb::EMPTY, |all, &number| all.union(boxes[number as usize]))
-    };
-    ranges.par_iter().with_min_len(64).map(around).collect_into_vec(bounds);
-    let numbers = triangle_ids.par_iter_mut().with_min_len(CHUNK);
-    numbers.for_each(|number| *number = ids[*number as usize]);
+    let numbers = (0..ids.len() as u32).collect();
+    let mut regions = Regions::default();
+    Division { ids: &ids, boxes: &boxes, most }.divide(numbers, true, &mut regions);
     regions
 }
 
@@ -64,46 +58,99 @@ impl Place {
     }
 }
 
-/// Adds regions of some of the triangles, whose boxes these are.
-fn divide(boxes: &[Aabb], ids: Vec<u32>, most: usize, by_size: bool, regions: &mut Regions) {
-    if ids.len() <= most {
-        return regions.add(&ids);
+/// What is divided: triangles are numbered as they are given.
+struct Division<'a> {
+    ids: &'a [u32],
+    boxes: &'a [Aabb],
+    most: usize,
+}
+
+impl Division<'_> {
+    /// Adds regions of some of the triangles.
+    fn divide(&self, numbers: Vec<u32>, by_size: bool, regions: &mut Regions) {
+        let most = self.most;
+        if numbers.len() <= most {
+            return self.add(&numbers, regions);
+        }
+        let place = |number: &u32| Place::of(&self.boxes[*number as usize]);
+        let bounds = numbers
+            .par_chunks(CHUNK)
+            .map(|numbers| Aabb::of_points(numbers.iter().map(|number| place(number).center)))
+            .reduce(|| Aabb::EMPTY, Aabb::union);
+        let extent = bounds.size().max_element();
+        // Some cells for each region to be, so that regions end near where they should.
+        let bits = (numbers.len() / most).ilog2() + 4;
+        let grid = Grid::new(&bounds, bits.min(MOST_BITS));
+        if grid.bits == 0 {
+            // All in one place: by number.
+            numbers.chunks(most).for_each(|numbers| self.add(numbers, regions));
+            return;
+        }
+        let sizes = if by_size { SIZES } else { 1 };
+        let cell_of: Vec<u32> = numbers
+            .par_iter()
+            .with_min_len(CHUNK)
+            .map(|number| {
+                let place = place(number);
+                // 0 for the largest.
+                let exponent =
+                    |number: f32| (number.max(f32::MIN_POSITIVE).to_bits() >> 23) as usize;
+                let steps = exponent(extent).saturating_sub(exponent(place.size)) / SIZE_STEP;
+                let class = steps.min(sizes - 1);
+                ((class as u32) << grid.bits) | grid.cell(place.center)
+            })
+            .collect();
+        let cells = sizes << grid.bits;
+        let mut starts = vec![0; cells + 1];
+        cell_of.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
+        (0..cells).for_each(|cell| starts[cell + 1] += starts[cell]);
+        let sorted = sort(&numbers, &cell_of, &starts);
+        drop((numbers, cell_of));
+        let mut pieces = Vec::new();
+        for size in 0..sizes {
+            cut(&starts, size << grid.bits..(size + 1) << grid.bits, most, &mut pieces);
+        }
+        let found = pieces.par_chunks(PIECES).map(|pieces| {
+            let mut regions = Regions::default();
+            for piece in pieces {
+                let numbers = &sorted[piece.clone()];
+                if numbers.len() <= most {
+                    self.add(numbers, &mut regions);
+                } else {
+                    self.divide(numbers.to_vec(), false, &mut regions);
+                }
+            }
+            regions
+        });
+        found.collect::<Vec<_>>().iter().for_each(|found| regions.append(found));
     }
-    let place = |id: &u32| Place::of(&boxes[*id as usize]);
-    let bounds = ids
-        .par_chunks(CHUNK)
-        .map(|ids| Aabb::of_points(ids.iter().map(|id| place(id).center)))
-        .reduce(|| Aabb::EMPTY, Aabb::union);
-    let extent = bounds.size().max_element();
-    // Some cells for each region to be, so that regions end near where they should.
-    let bits = (ids.len() / most).ilog2() + 4;
-    let grid = Grid::new(&bounds, bits.min(MOST_BITS));
-    if grid.bits == 0 {
-        // All in one place: by number.
-        ids.chunks(most).for_each(|ids| regions.add(ids));
-        return;
+
+    /// Adds one region.
+    fn add(&self, numbers: &[u32], regions: &mut Regions) {
+        if numbers.is_empty() {
+            return;
+        }
+        let Regions { triangle_ids, ranges, bounds } = regions;
+        let first = triangle_ids.len();
+        triangle_ids.extend(numbers.iter().map(|&number| self.ids[number as usize]));
+        ranges.push(first..triangle_ids.len());
+        let boxes = numbers.iter().map(|&number| self.boxes[number as usize]);
+        bounds.push(boxes.fold(Aabb::EMPTY, Aabb::union));
     }
-    let sizes = if by_size { SIZES } else { 1 };
-    let cell_of: Vec<u32> = ids
-        .par_iter()
-        .with_min_len(CHUNK)
-        .map(|id| {
-            let place = place(id);
-            // 0 for the largest.
-            let exponent = |number: f32| (number.max(f32::MIN_POSITIVE).to_bits() >> 23) as usize;
-            let steps = exponent(extent).saturating_sub(exponent(place.size)) / SIZE_STEP;
-            let class = steps.min(sizes - 1);
-            ((class as u32) << grid.bits) | grid.cell(place.center)
-        })
-        .collect();
-    let cells = sizes << grid.bits;
-    let mut starts = vec![0; cells + 1];
-    cell_of.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
-    (0..cells).for_each(|cell| starts[cell + 1] += starts[cell]);
-    let sorted = sort(&ids, &cell_of, &starts);
-    drop((ids, cell_of));
-    let cut = Cut { boxes, sorted: &sorted, starts: &starts, most };
-    (0..sizes).for_each(|size| cut.cells(size << grid.bits..(size + 1) << grid.bits, regions));
+}
+
+/// Adds the ranges of the triangles of `cells`, of which `starts` says where each one's begin: some
+/// cells with at most so many together, or one with more.
+fn cut(starts: &[usize], cells: Range<usize>, most: usize, pieces: &mut Vec<Range<usize>>) {
+    let piece = starts[cells.start]..starts[cells.end];
+    if piece.is_empty() {
+    } else if piece.len() <= most || cells.len() == 1 {
+        pieces.push(piece);
+    } else {
+        let middle = cells.start + cells.len() / 2;
+        cut(starts, cells.start..middle, most, pieces);
+        cut(starts, middle..cells.end, most, pieces);
+    }
 }
 
 /// `ids` by cell, each cell's in the order in which they were; `starts` says where each begins.
@@ -137,37 +184,14 @@ fn sort(ids: &[u32], cell_of: &[u32], starts: &[usize]) -> Vec<u32> {
     sorted
 }
 
-/// Cells along the curve, some of which make a region together.
-struct Cut<'a> {
-    boxes: &'a [Aabb],
-    sorted: &'a [u32],
-    starts: &'a [usize],
-    most: usize,
-}
-
-impl Cut<'_> {
-    fn cells(&self, cells: Range<usize>, regions: &mut Regions) {
-        let ids = &self.sorted[self.starts[cells.start]..self.starts[cells.end]];
-        if ids.is_empty() {
-        } else if ids.len() <= self.most {
-            regions.add(ids);
-        } else if cells.len() == 1 {
-            divide(self.boxes, ids.to_vec(), self.most, false, regions);
-        } else {
-            let middle = cells.start + cells.len() / 2;
-            self.cells(cells.start..middle, regions);
-            self.cells(middle..cells.end, regions);
-        }
-    }
-}
-
 impl Regions {
-    fn add(&mut self, ids: &[u32]) {
+    /// Adds others behind these.
+    fn append(&mut self, others: &Self) {
         let first = self.triangle_ids.len();
-        self.triangle_ids.extend_from_slice(ids);
-        if first < self.triangle_ids.len() {
-            self.ranges.push(first..self.triangle_ids.len());
-        }
+        self.triangle_ids.extend_from_slice(&others.triangle_ids);
+        let moved = |range: &Range<usize>| first + range.start..first + range.end;
+        self.ranges.extend(others.ranges.iter().map(moved));
+        self.bounds.extend_from_slice(&others.bounds);
     }
 }
 
