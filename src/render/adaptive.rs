@@ -27,6 +27,7 @@
 use super::TileCount;
 use super::layers::Choice;
 use super::plan::Plan;
+use super::reused::Reused;
 use super::sampler::mix;
 use super::settings::RenderSettings;
 use super::skip::Skips;
@@ -114,13 +115,14 @@ impl Allocation {
         let (pilot, places) = pilot_of(plan);
         let adapted = pilot.classes.len();
         let walk = Walk { scene, accelerator, plan: &pilot, skip };
+        let scratches = Reused::<Scratch>::default();
         let tiles: Vec<_> = (0..plan.grid.len())
             .into_par_iter()
             .with_max_len(1)
-            .map_init(Scratch::default, |scratch, tile| {
+            .map(|tile| {
                 let sums = vec![PilotSums::default(); adapted];
                 let mut asking = Asking { accelerator, skip, sums, answers: Vec::new() };
-                let walked = walk.tile(tile, scratch, &mut asking);
+                let walked = scratches.with(|scratch| walk.tile(tile, scratch, &mut asking));
                 let sees = walked.primary.hits.map(|hits| hits > 0);
                 done.add_one();
                 asking

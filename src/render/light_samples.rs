@@ -3,6 +3,7 @@
 use super::sampler::Points;
 use crate::ray::Ray;
 use glam::{DVec3, Vec3};
+use std::ops::Range;
 
 /// What many samples of a light bring, number by number, as [`LightSample`](super::soft_shadow::LightSample)
 /// says.
@@ -32,27 +33,27 @@ impl LightSamples {
         self.weights.resize(len, 0.0);
     }
 
-    /// Adds the rays of the first `count` samples as `ray` makes them, and their weights; those of
-    /// weight 0 only if `weightless`.
+    /// Adds the rays of some samples as `ray` makes them, and their weights; those of weight 0 only
+    /// if `weightless`.
     pub fn add_rays(
         &self,
-        count: usize,
+        samples: Range<usize>,
         weightless: bool,
         ray: impl Fn(Vec3) -> Ray,
         rays: &mut Vec<Ray>,
         weights: &mut Vec<f32>,
     ) {
         let (first, first_weight) = (rays.len(), weights.len());
-        let [x, y, z] = self.directions.each_ref().map(|d| &d[..count]);
+        let [x, y, z] = self.directions.each_ref().map(|d| &d[samples.clone()]);
         rays.extend(x.iter().zip(y).zip(z).map(|((x, y), z)| ray(Vec3::new(*x, *y, *z))));
-        let added = &self.weights[..count];
+        let added = &self.weights[samples.clone()];
         weights.extend_from_slice(added);
         if weightless || !added.contains(&0.0) {
             return;
         }
         let (own, own_weights) = (&mut rays[first..], &mut weights[first_weight..]);
         let mut kept = 0;
-        for index in 0..count {
+        for index in 0..samples.len() {
             (own[kept], own_weights[kept]) = (own[index], own_weights[index]);
             kept += usize::from(own_weights[kept] != 0.0);
         }
@@ -75,14 +76,15 @@ impl LightSamples {
     }
 
     /// As [`set`](Self::set), in steps: each hands its numbers to the next, for some points at a time.
-    /// What takes long for one point is then many short loops, whose turns processors overlap.
+    /// What takes long for one point is then many short loops, whose turns processors overlap. Each
+    /// step is told a point's place in its block of [`BLOCK`].
     #[inline(always)]
     pub(super) fn set_in_steps(
         &mut self,
         points: &Points,
-        first: impl Fn([f64; 2]) -> Numbers,
+        first: impl Fn(usize, [f64; 2]) -> Numbers,
         steps: impl Fn(&mut Steps),
-        last: impl Fn(Numbers) -> (DVec3, f32),
+        last: impl Fn(usize, Numbers) -> (DVec3, f32),
     ) {
         let (u, v) = points.coordinates();
         let block = &mut self.steps;
@@ -90,9 +92,9 @@ impl LightSamples {
             let range = start..u.len().min(start + BLOCK);
             block.len = range.len();
             let (u, v) = (&u[range.clone()], &v[range.clone()]);
-            block.fill(
+            block.next(
                 #[inline(always)]
-                |i, _| first([f64::from(u[i]), f64::from(v[i])]),
+                |i, _| first(i, [f64::from(u[i]), f64::from(v[i])]),
             );
             steps(block);
             let directions = self.directions.each_mut().map(|d| &mut d[range.clone()]);
@@ -101,7 +103,7 @@ impl LightSamples {
                 directions,
                 &mut self.weights[range],
                 #[inline(always)]
-                |i| last(block.get(i)),
+                |i| last(i, block.get(i)),
             );
         }
     }
@@ -124,7 +126,7 @@ fn set(
 }
 
 /// Points that take a step together: their numbers stay in the nearest cache.
-const BLOCK: usize = 64;
+pub(super) const BLOCK: usize = 64;
 
 /// What a point has from one step to the next.
 pub(super) type Numbers = [f64; 4];
@@ -145,15 +147,7 @@ impl Default for Steps {
 impl Steps {
     /// Does the next step for all points.
     #[inline(always)]
-    pub(super) fn next(&mut self, step: impl Fn(Numbers) -> Numbers) {
-        self.fill(
-            #[inline(always)]
-            |_, numbers| step(numbers),
-        );
-    }
-
-    #[inline(always)]
-    fn fill(&mut self, of: impl Fn(usize, Numbers) -> Numbers) {
+    pub(super) fn next(&mut self, of: impl Fn(usize, Numbers) -> Numbers) {
         let len = self.len.min(BLOCK);
         let [a, b, c, d] = &mut self.rows;
         let (a, b, c, d) = (&mut a[..len], &mut b[..len], &mut c[..len], &mut d[..len]);

@@ -6,6 +6,7 @@
 
 mod adaptive;
 pub mod ambient_occlusion;
+mod few_samples;
 mod film;
 mod layers;
 mod light_lift;
@@ -13,6 +14,8 @@ pub mod light_samples;
 mod light_sampling;
 mod plan;
 mod recording;
+mod rectangle_light;
+mod reused;
 pub mod sampler;
 mod settings;
 mod shafts;

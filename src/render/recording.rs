@@ -2,6 +2,7 @@
 
 use super::film::{Film, FilmBuilder, PrimarySums, TileSums};
 use super::plan::Plan;
+use super::reused::Reused;
 use super::settings::{Pass, RayClass, RenderSettings};
 use super::skip::{Skip, Skips};
 use super::tile::Tile;
@@ -76,13 +77,14 @@ pub fn record(
     let mut primary = Vec::with_capacity(plan.grid.len());
     let mut primary_time = Duration::ZERO;
     let tiles: Vec<usize> = (0..plan.grid.len()).collect();
+    let scratches = Reused::<Scratch>::default();
     for tiles in tiles.chunks(TILES_AT_ONCE) {
         let walked: Vec<_> = tiles
             .par_iter()
             .with_max_len(1)
-            .map_init(Scratch::default, |scratch, &tile| {
+            .map(|&tile| {
                 let mut batches = Batches::default();
-                let walked = walk.tile(tile, scratch, &mut batches);
+                let walked = scratches.with(|scratch| walk.tile(tile, scratch, &mut batches));
                 done.add_one();
                 (tile as u32, walked, batches.0)
             })

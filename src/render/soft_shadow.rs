@@ -8,8 +8,8 @@
 use super::light_lift::{Lift, Plane, reach};
 use super::light_samples::LightSamples;
 use super::light_sampling::LightSampling;
+use super::rectangle_light::RectangleView;
 use super::sampler::Points;
-use super::spherical_rectangle::SphericalRectangle;
 use super::surface::{SurfacePoint, offset_distance};
 use super::warp::{self, Frame};
 use crate::ray::Ray;
@@ -53,14 +53,7 @@ pub struct LightView {
 enum Kind {
     /// No direction shows the emitting side.
     Nothing,
-    Rectangle {
-        shape: SphericalRectangle,
-        /// From the surface point to its foot on the plane, and the axes from there.
-        foot: DVec3,
-        axes: [DVec3; 2],
-        /// What is enough for all of the light.
-        lift: Lift,
-    },
+    Rectangle(RectangleView),
     Parallelogram {
         corner: DVec3,
         edges: [DVec3; 2],
@@ -122,10 +115,11 @@ impl LightView {
                 let dark = plane.height <= 0.0 || below(&corners, skew);
                 // Whatever points of a dark light are drawn, they weigh nothing.
                 let may_be = is_rectangle && !dark;
-                let by_angle = may_be.then(|| rectangle(origin, &corners, edges, plane)).flatten();
+                let from = [origin, normal];
+                let by_angle = may_be.then(|| RectangleView::new(from, &corners, edges, plane));
                 let area = u.cross(v).length();
                 let parallelogram = Kind::Parallelogram { corner, edges, area, plane };
-                (by_angle.unwrap_or(parallelogram), dark)
+                (by_angle.flatten().map_or(parallelogram, Kind::Rectangle), dark)
             }
             LightShape::Disk { center, normal, radius } => {
                 let (center, radius) = (center.as_dvec3(), f64::from(radius));
@@ -191,6 +185,11 @@ impl LightView {
         Ray::new(self.ray_origin, direction, self.t_max)
     }
 
+    /// The light, if it is sampled as a rectangle.
+    pub(super) fn as_rectangle(&self) -> Option<&RectangleView> {
+        if let Kind::Rectangle(view) = &self.kind { Some(view) } else { None }
+    }
+
     /// The samples of all points, and of what lies behind them.
     pub fn sample_all(&self, points: &Points, samples: &mut LightSamples) {
         samples.resize(points.coordinates().0.len());
@@ -209,34 +208,7 @@ impl LightView {
                 #[inline(always)]
                 |_| nothing,
             ),
-            Kind::Rectangle { shape, foot, axes, lift } => {
-                // Products with the normal, of which sums make cosines.
-                let above = [foot, axes[0], axes[1], lift.away].map(|v| self.normal.dot(v));
-                samples.set_in_steps(
-                    points,
-                    #[inline(always)]
-                    |point| shape.phi(point),
-                    #[inline(always)]
-                    |steps| {
-                        steps.next(
-                            #[inline(always)]
-                            |numbers| shape.x(numbers),
-                        );
-                        steps.next(
-                            #[inline(always)]
-                            |numbers| shape.h(numbers),
-                        );
-                    },
-                    #[inline(always)]
-                    |numbers| {
-                        let ([x, y], inverse_distance) = shape.y_and_distance(numbers);
-                        let whole = foot + axes[0] * x + axes[1] * y;
-                        let height = above[0] + above[1] * x + above[2] * y;
-                        let weight = height * (shape.solid_angle() * inverse_distance);
-                        (lift.shortened(whole, height + above[3]), usable(weight))
-                    },
-                );
-            }
+            Kind::Rectangle(view) => view.sample(points, samples),
             Kind::Parallelogram { corner, edges, area, plane } => {
                 samples.set(
                     points,
@@ -264,7 +236,7 @@ impl LightView {
                 samples.set_in_steps(
                     points,
                     #[inline(always)]
-                    |point| {
+                    |_, point| {
                         let (p, squared) = warp::polar_disk(point);
                         [p.x, p.y, squared, 0.0]
                     },
@@ -272,7 +244,7 @@ impl LightView {
                     |steps| {
                         steps.next(
                             #[inline(always)]
-                            |[x, y, squared, _]| {
+                            |_, [x, y, squared, _]| {
                                 let local = warp::on_cone([x, y], squared, one_minus_cos);
                                 let sin_squared = local.x * local.x + local.y * local.y;
                                 let half_chord_squared =
@@ -282,7 +254,7 @@ impl LightView {
                         );
                     },
                     #[inline(always)]
-                    |[x, y, z, squared]| {
+                    |_, [x, y, z, squared]| {
                         let half_chord = squared * inverse_sqrt(squared);
                         let direction = frame.to_world(DVec3::new(x, y, z));
                         let way = distance * z - half_chord;
@@ -361,30 +333,11 @@ impl LightView {
 
 /// The weight, if it is one that counts.
 #[inline(always)]
-fn usable(weight: f64) -> f32 {
+pub(super) fn usable(weight: f64) -> f32 {
     let weight = weight as f32;
     if (weight > 0.0) & weight.is_finite() { weight } else { 0.0 }
 }
 
 fn has_right_angles([u, v]: [DVec3; 2]) -> bool {
     u.dot(v).abs() <= 1e-6 * u.length() * v.length()
-}
-
-/// A quad with right angles as a rectangle, if it looks large enough.
-fn rectangle(origin: DVec3, corners: &[DVec3; 4], edges: [DVec3; 2], plane: Plane) -> Option<Kind> {
-    if plane.height.is_nan() || plane.height <= 0.0 {
-        return None;
-    }
-    let lengths = edges.map(DVec3::length);
-    let x_axis = edges[0] / lengths[0];
-    let axes = [x_axis, plane.normal.cross(x_axis)];
-    let to_corner = corners[0] - origin;
-    let span = |i: usize| {
-        let start = to_corner.dot(axes[i]);
-        [start, start + lengths[i]]
-    };
-    let shape = SphericalRectangle::new(span(0), span(1), plane.height)?;
-    let farthest = corners.iter().fold(DVec3::ZERO, |all, corner| all.max(corner.abs()));
-    let (foot, lift) = (-plane.normal * plane.height, plane.lift(farthest));
-    Some(Kind::Rectangle { shape, foot, axes, lift })
 }

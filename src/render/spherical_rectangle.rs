@@ -55,6 +55,29 @@ impl SphericalRectangle {
         })
     }
 
+    /// How many numbers there are.
+    pub(super) const NUMBERS: usize = 10;
+
+    /// Its numbers, in an order that [`of`](Self::of) knows.
+    pub(super) fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let Self { height, inverse_height, x, y, b, k, solid_angle } = *self;
+        [height, inverse_height, x[0], x[1], y[0], y[1], b[0], b[1], k, solid_angle]
+    }
+
+    /// The rectangle with these numbers.
+    #[inline(always)]
+    pub(super) fn of(number: impl Fn(usize) -> f64) -> Self {
+        Self {
+            height: number(0),
+            inverse_height: number(1),
+            x: [number(2), number(3)],
+            y: [number(4), number(5)],
+            b: [number(6), number(7)],
+            k: number(8),
+            solid_angle: number(9),
+        }
+    }
+
     /// In steradians.
     #[inline(always)]
     pub(super) fn solid_angle(&self) -> f64 {

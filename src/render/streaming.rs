@@ -2,6 +2,7 @@
 
 use super::film::{Film, FilmBuilder, TileSums};
 use super::plan::Plan;
+use super::reused::Reused;
 use super::settings::RenderSettings;
 use super::skip::Skips;
 use super::stats::{RenderStats, Tally};
@@ -70,9 +71,8 @@ pub fn render(
     let walk = Walk { scene, accelerator, plan: &plan, skip };
     let shared = Mutex::new((FilmBuilder::new(&plan, counted), Tally::new(&plan)));
     let order = plan.grid.order(options.order);
-    order.par_iter().with_max_len(1).for_each_init(Worker::default, |worker, &tile| {
-        let tile = tile as usize;
-        let Worker { scratch, answers } = worker;
+    let workers = Reused::<Worker>::default();
+    let of_tile = |tile: usize, Worker { scratch, answers }: &mut Worker| {
         let (sums, tally) = (TileSums::new(&plan), Tally::new(&plan));
         let mut tracing = Tracing { accelerator, counted, skip, answers, sums, tally };
         let walked = walk.tile(tile, scratch, &mut tracing);
@@ -88,7 +88,9 @@ pub fn render(
         shared.1.add(&tally);
         drop(shared);
         done.add_one();
-    });
+    };
+    let tiles = order.par_iter().with_max_len(1);
+    tiles.for_each(|&tile| workers.with(|worker| of_tile(tile as usize, worker)));
     let (film, tally) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     Ok(Rendering { film: film.finish(), stats: tally.stats(&plan, start.elapsed(), counted) })
 }
@@ -98,7 +100,7 @@ fn can_count(accelerator: &dyn Accelerator) -> bool {
     accelerator.occluded_counted(&RayBatch { rays: &[] }, &mut [], &mut [])
 }
 
-/// What a thread uses again for all its tiles.
+/// What is used again for one tile after the other.
 #[derive(Default)]
 struct Worker {
     scratch: Scratch,

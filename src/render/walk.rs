@@ -2,6 +2,7 @@
 //! recording take the same way, so they trace the same rays.
 
 use super::ambient_occlusion::{self, Directions};
+use super::few_samples::{FewSamples, Member};
 use super::film::PrimarySums;
 use super::light_samples::LightSamples;
 use super::plan::Plan;
@@ -79,7 +80,7 @@ pub(super) struct Walk<'a> {
     pub(super) skip: Skips,
 }
 
-/// Memory that one thread uses again for all its tiles.
+/// Memory that is used again for one tile after the other.
 #[derive(Default)]
 pub(super) struct Scratch {
     buffers: Vec<RayBuffer>,
@@ -96,6 +97,7 @@ struct Samples {
     points: Points,
     directions: Directions,
     of_light: LightSamples,
+    few: FewSamples,
 }
 
 /// Camera rays of a tile's pixels, what each hits, and the points of those that hit something.
@@ -180,6 +182,18 @@ impl Walk<'_> {
         }
     }
 
+    /// What points the samples of a class are made from, and how far its rays go if not to a light.
+    fn dimension(&self, class: usize) -> (Dimension, f32) {
+        let Plan { settings, classes, .. } = self.plan;
+        match classes[class].class {
+            RayClass::AmbientOcclusion => (Dimension::AmbientOcclusion, settings.ao_radius),
+            RayClass::AmbientOcclusionUnbounded => {
+                (Dimension::AmbientOcclusionUnbounded, f32::INFINITY)
+            }
+            RayClass::Shadow { light } => (Dimension::Light(light), 0.0),
+        }
+    }
+
     /// Whether shafts are made for a class: where there are enough rays to pay for them.
     fn looks(&self, class: usize) -> bool {
         self.plan.classes[class].samples >= LEAST_LOOKED_FOR
@@ -212,7 +226,7 @@ impl Walk<'_> {
             skipped,
         };
         let Some(bounds) = self.accelerator.looks_within().filter(|_| self.looks(class)) else {
-            scratch.surfaces.iter().for_each(|visible| pixels.add(visible, View::Partly));
+            pixels.add_all(&scratch.surfaces);
             return;
         };
         let radius = match of_class.class {
@@ -273,6 +287,9 @@ const LEAST_LOOKED_FOR: u32 = 8;
 const GROUP_BUDGET: Budget = Budget { nodes: 24, triangles: 32 };
 const PIXEL_BUDGET: Budget = Budget { nodes: 0, triangles: 8 };
 
+/// Pixels with more samples fill vectors on their own.
+const MOST_FEW: u32 = 4;
+
 /// Why rays of which that is known, to a light or not, need not be traced.
 fn reason(view: View, to_light: bool) -> Option<Skip> {
     match view {
@@ -306,18 +323,78 @@ impl Pixels<'_, '_> {
         }
     }
 
+    /// Adds the samples of pixels of which nothing is known.
+    fn add_all(&mut self, surfaces: &[Visible]) {
+        for visible in surfaces {
+            let Some((count, light)) = self.samples_of(visible) else { continue };
+            let rectangle = light.as_ref().and_then(LightView::as_rectangle);
+            match rectangle.filter(|_| count <= MOST_FEW) {
+                Some(rectangle) => {
+                    let count = count as usize;
+                    if !self.samples.few.has_room(count) {
+                        self.add_few();
+                    }
+                    let (pixel, origin) = ((visible.slot, visible.sampler), visible.surface.origin);
+                    self.samples.few.add(pixel, origin, rectangle, count);
+                }
+                None => self.add_samples(visible, View::Partly, count, light),
+            }
+        }
+        self.add_few();
+    }
+
+    /// Adds the samples of pixels that have few each.
+    fn add_few(&mut self) {
+        let weightless = !self.walk.skip.has(Skip::Weightless);
+        let Samples { points, of_light, few, .. } = &mut *self.samples;
+        let (dimension, _) = self.walk.dimension(self.class);
+        few.sample(dimension, self.camera_sample, points, of_light);
+        if self.buffer.rays.len() + points.len() > BATCH_RAYS {
+            self.buffer.flush(self.class, self.sink);
+        }
+        for Member { slot, ray_origin, samples, .. } in few.members.iter() {
+            let RayBuffer { rays, weights, slots, .. } = &mut *self.buffer;
+            let before = rays.len();
+            let ray = |direction| Ray::new(*ray_origin, direction, 1.0);
+            of_light.add_rays(samples.clone(), weightless, ray, rays, weights);
+            let added = rays.len() - before;
+            self.skipped[Skip::Weightless as usize] += (samples.len() - added) as u64;
+            slots.extend(std::iter::repeat_n(*slot, added));
+        }
+        few.clear();
+    }
+
     /// Adds the samples of one pixel, of which that is known.
     fn add(&mut self, visible: &Visible, view: View) {
-        let count = self.walk.plan.samples(self.tile, self.class, usize::from(visible.slot));
-        let settings = &self.walk.plan.settings;
-        let skip = |skip| self.walk.skip.has(skip);
-        let view_of_light = self
-            .light
-            .map(|light| LightView::new(light, &visible.surface, settings.light_sampling));
-        if view_of_light.is_some_and(|light| light.is_dark()) && skip(Skip::DarkLights) {
-            self.skipped[Skip::DarkLights as usize] += u64::from(count);
-            return;
+        if let Some((count, light)) = self.samples_of(visible) {
+            self.add_samples(visible, view, count, light);
         }
+    }
+
+    /// How many samples a pixel has, and the light as it sees it, if they are of one; `None` if all of
+    /// them are left out.
+    fn samples_of(&mut self, visible: &Visible) -> Option<(u32, Option<LightView>)> {
+        let plan = self.walk.plan;
+        let count = plan.samples(self.tile, self.class, usize::from(visible.slot));
+        let light_sampling = plan.settings.light_sampling;
+        let view = |light| LightView::new(light, &visible.surface, light_sampling);
+        let light = self.light.map(view);
+        if light.is_some_and(|light| light.is_dark()) && self.walk.skip.has(Skip::DarkLights) {
+            self.skipped[Skip::DarkLights as usize] += u64::from(count);
+            return None;
+        }
+        Some((count, light))
+    }
+
+    /// Adds so many samples of one pixel, of which that is known.
+    fn add_samples(
+        &mut self,
+        visible: &Visible,
+        view: View,
+        count: u32,
+        view_of_light: Option<LightView>,
+    ) {
+        let skip = |skip| self.walk.skip.has(skip);
         let by = reason(view, self.light.is_some()).filter(|by| skip(*by));
         if let (Some(by), None) = (by, view_of_light) {
             self.skipped[by as usize] += u64::from(count);
@@ -326,20 +403,14 @@ impl Pixels<'_, '_> {
             self.sink.known(self.class, &known);
             return;
         }
-        let (dimension, radius) = match self.walk.plan.classes[self.class].class {
-            RayClass::AmbientOcclusion => (Dimension::AmbientOcclusion, settings.ao_radius),
-            RayClass::AmbientOcclusionUnbounded => {
-                (Dimension::AmbientOcclusionUnbounded, f32::INFINITY)
-            }
-            RayClass::Shadow { light } => (Dimension::Light(light), 0.0),
-        };
+        let (dimension, radius) = self.walk.dimension(self.class);
         let mut start = 0;
         while start < count {
             let end = count.min(start + BATCH_RAYS as u32);
             if self.buffer.rays.len() + (end - start) as usize > BATCH_RAYS {
                 self.buffer.flush(self.class, self.sink);
             }
-            let Samples { points, directions, of_light } = &mut *self.samples;
+            let Samples { points, directions, of_light, .. } = &mut *self.samples;
             visible.sampler.fill(dimension, [self.camera_sample, count], start..end, points);
             start = end;
             let before = self.buffer.rays.len();
@@ -366,7 +437,7 @@ impl Pixels<'_, '_> {
             }
             let (weightless, buffer) = (!skip(Skip::Weightless), &mut *self.buffer);
             of_light.add_rays(
-                points.len(),
+                0..points.len(),
                 weightless,
                 |direction| light.ray(direction),
                 &mut buffer.rays,

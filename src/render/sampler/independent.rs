@@ -1,11 +1,12 @@
 //! Points that know nothing of each other: the plain Monte Carlo method, for comparison.
 
-use super::{Request, SamplerEntry, mix, unit};
+use super::{Request, SamplerEntry, block_by_block, mix, unit};
 
 pub(super) static ENTRY: SamplerEntry = SamplerEntry {
     name: "independent",
     about: "independent uniform points: plain Monte Carlo, for comparison",
     fill,
+    fill_blocks: |requests, u, v| block_by_block(fill, requests, u, v),
 };
 
 fn fill(request: &Request, u: &mut [f32], v: &mut [f32]) {

@@ -19,10 +19,17 @@ pub struct SamplerEntry {
     /// them. A function of the request and of nothing else, so images do not depend on the order of
     /// the work.
     fill: fn(&Request, u: &mut [f32], v: &mut [f32]),
+    /// As `fill` for whole blocks of few points, at most [`MOST_TOGETHER`] in all, those of each request
+    /// right behind those of the one before.
+    fill_blocks: fn(&[Request], u: &mut [f32], v: &mut [f32]),
 }
+
+/// Most points of several blocks that are asked for together.
+pub const MOST_TOGETHER: usize = 64;
 
 /// What points a sampler is asked for: those from `start` on of block `block` of the set that `key`
 /// names, each of whose blocks has `count` points.
+#[derive(Clone, Copy, Default)]
 struct Request {
     key: u64,
     block: u32,
@@ -174,11 +181,53 @@ impl PixelSampler {
         (self.entry.fill)(&request, &mut points.u, &mut points.v);
     }
 
+    /// Makes `points` those of one block of each of several samplers of one kind, [`MOST_TOGETHER`] at
+    /// most, those of each right behind those of the one before; with each comes how many points its
+    /// blocks have.
+    pub(super) fn fill_blocks<'a>(
+        samplers: impl Iterator<Item = (&'a Self, u32)>,
+        dimension: Dimension,
+        block: u32,
+        points: &mut Points,
+    ) {
+        let of_dimension = mix(dimension.id() << 32);
+        let (mut requests, mut used) = ([Request::default(); MOST_TOGETHER], 0);
+        let (mut len, mut entry) = (0, None);
+        for (sampler, count) in samplers.filter(|(_, count)| *count > 0) {
+            let key = sampler.key ^ of_dimension;
+            requests[used] = Request { key, block, count, start: 0 };
+            used += 1;
+            len += count as usize;
+            entry = Some(sampler.entry);
+        }
+        assert!(len <= MOST_TOGETHER);
+        points.resize(len);
+        if let Some(entry) = entry {
+            (entry.fill_blocks)(&requests[..used], &mut points.u[..len], &mut points.v[..len]);
+        }
+    }
+
     /// The first `count` points of a dimension.
     pub fn points(&self, dimension: Dimension, count: u32) -> Points {
         let mut points = Points::default();
         self.fill(dimension, [0, count], 0..count, &mut points);
         points
+    }
+}
+
+/// [`SamplerEntry::fill_blocks`] block by block.
+fn block_by_block(
+    fill: fn(&Request, &mut [f32], &mut [f32]),
+    requests: &[Request],
+    mut u: &mut [f32],
+    mut v: &mut [f32],
+) {
+    for request in requests {
+        let (own_u, others) = std::mem::take(&mut u).split_at_mut(request.count as usize);
+        u = others;
+        let (own_v, others) = std::mem::take(&mut v).split_at_mut(request.count as usize);
+        v = others;
+        fill(request, own_u, own_v);
     }
 }
 
@@ -276,6 +325,31 @@ mod tests {
                 [first(2, [2, 3], ao), first(1, [3, 2], ao), first(1, [2, 3], Dimension::Camera)]
             {
                 assert_ne!(base, other, "{}", sampler.name);
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_together_are_as_blocks_alone() {
+        for sampler in SAMPLERS {
+            let pixel = |x: u32| PixelSampler::new(sampler, 5, x, 9);
+            let counts_of = |all: &[u32]| all.iter().copied().cycle().take(16).collect::<Vec<_>>();
+            for counts in [counts_of(&[1]), counts_of(&[4]), counts_of(&[2, 0, 3, 8, 1])] {
+                let all: Vec<_> = (0..16).map(pixel).collect();
+                for (dimension, block) in [(Dimension::Light(2), 0), (Dimension::Camera, 70_000)] {
+                    let (mut together, mut alone) = (Points::default(), Points::default());
+                    let asked = all.iter().zip(counts.iter().copied());
+                    PixelSampler::fill_blocks(asked.clone(), dimension, block, &mut together);
+                    let mut place = 0;
+                    for (pixel, count) in asked {
+                        pixel.fill(dimension, [block, count], 0..count, &mut alone);
+                        for index in 0..count as usize {
+                            assert_eq!(together.get(place), alone.get(index), "{}", sampler.name);
+                            place += 1;
+                        }
+                    }
+                    assert_eq!(together.len(), place);
+                }
             }
         }
     }

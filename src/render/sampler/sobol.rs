@@ -1,6 +1,6 @@
 //! Sobol points, scrambled as by Owen for each pixel and dimension.
 
-use super::{Request, SamplerEntry, mix};
+use super::{MOST_TOGETHER, Request, SamplerEntry, block_by_block, mix};
 use crate::vectorized::vectorized;
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 use std::sync::OnceLock;
@@ -11,6 +11,7 @@ pub(super) static ENTRY: SamplerEntry = SamplerEntry {
     name: "sobol",
     about: "Owen-scrambled Sobol points; powers of two are spread best",
     fill,
+    fill_blocks,
 };
 
 /// Points of a sequence of the crate: longer ones are made of several.
@@ -135,6 +136,58 @@ fn block_by_cell(
     for place in 0..len {
         u[place] = scrambled(cells[place][0] ^ of_block[0], of_u);
         v[place] = scrambled(cells[place][1] ^ of_block[1], of_v);
+    }
+}
+
+/// What a point of a block is found from.
+#[derive(Clone, Copy, Default)]
+struct Lane {
+    seed: u32,
+    /// The first point of the block, and what its index has no bits of.
+    first: u32,
+    rest: u32,
+    cell: [u32; 2],
+}
+
+/// As [`fill`] for each request: a point of each is computed in a lane of vectors.
+fn fill_blocks(requests: &[Request], u: &mut [f32], v: &mut [f32]) {
+    let by_cells = |r: &Request| r.count.is_power_of_two() && r.count <= LONGEST;
+    if !requests.iter().all(by_cells) {
+        return block_by_block(fill, requests, u, v);
+    }
+    let (mut lanes, mut len) = ([Lane::default(); MOST_TOGETHER], 0);
+    for &Request { key, block, count, .. } in requests {
+        let first = block * count;
+        let seed = mix(key ^ u64::from(first / LONGEST)) as u32;
+        for &cell in by_cell(count.ilog2()) {
+            lanes[len] = Lane { seed, first: first % LONGEST, rest: count - 1, cell };
+            len += 1;
+        }
+    }
+    let len = len.min(u.len());
+    vectorized(
+        #[inline(always)]
+        || points_of(&lanes[..len], &mut u[..len], &mut v[..len]),
+    );
+}
+
+/// The point of each lane.
+#[inline(always)]
+fn points_of(lanes: &[Lane], u: &mut [f32], v: &mut [f32]) {
+    let len = lanes.len().min(MOST_TOGETHER);
+    let (mut index, mut scramble) = ([0; MOST_TOGETHER], [[0; MOST_TOGETHER]; 2]);
+    let (index, [of_u, of_v]) = (&mut index[..len], scramble.each_mut().map(|s| &mut s[..len]));
+    for place in 0..len {
+        let Lane { seed, first, rest, .. } = lanes[place];
+        let shuffle;
+        [shuffle, of_u[place], of_v[place]] = scrambles(seed);
+        index[place] = shuffled(first, shuffle) & !rest;
+    }
+    let (u, v, table) = (&mut u[..len], &mut v[..len], &table()[..LONGEST as usize]);
+    for place in 0..len {
+        let cell = lanes[place].cell;
+        u[place] = scrambled(cell[0] ^ index[place], of_u[place]);
+        v[place] = scrambled(cell[1] ^ table[index[place] as usize], of_v[place]);
     }
 }
 

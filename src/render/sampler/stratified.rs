@@ -1,11 +1,12 @@
 //! One point somewhere in each cell of a grid.
 
-use super::{Request, SamplerEntry, mix, unit};
+use super::{Request, SamplerEntry, block_by_block, mix, unit};
 
 pub(super) static ENTRY: SamplerEntry = SamplerEntry {
     name: "stratified",
     about: "one uniform point in each cell of a grid as near to square as the number allows",
     fill,
+    fill_blocks: |requests, u, v| block_by_block(fill, requests, u, v),
 };
 
 fn fill(request: &Request, u: &mut [f32], v: &mut [f32]) {
