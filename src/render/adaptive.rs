@@ -114,7 +114,7 @@ impl Allocation {
         let spp = plan.settings.spp;
         let (pilot, places) = pilot_of(plan);
         let adapted = pilot.classes.len();
-        let walk = Walk { scene, accelerator, plan: &pilot, skip };
+        let walk = Walk::new(scene, accelerator, &pilot, skip);
         let scratches = Reused::<Scratch>::default();
         let tiles: Vec<_> = (0..plan.grid.len())
             .into_par_iter()

@@ -1,6 +1,6 @@
 //! Samples of a light, many at a time.
 
-use super::sampler::Points;
+use super::sampler::{MOST_TOGETHER, Points};
 use crate::ray::Ray;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -11,7 +11,6 @@ use std::ops::Range;
 pub struct LightSamples {
     directions: [Vec<f32>; 3],
     weights: Vec<f32>,
-    steps: Steps,
 }
 
 impl LightSamples {
@@ -87,25 +86,48 @@ impl LightSamples {
         last: impl Fn(usize, Numbers) -> (DVec3, f32),
     ) {
         let (u, v) = points.coordinates();
-        let block = &mut self.steps;
-        for start in (0..u.len()).step_by(BLOCK) {
-            let range = start..u.len().min(start + BLOCK);
-            block.len = range.len();
-            let (u, v) = (&u[range.clone()], &v[range.clone()]);
-            block.next(
-                #[inline(always)]
-                |i, _| first(i, [f64::from(u[i]), f64::from(v[i])]),
-            );
-            steps(block);
-            let directions = self.directions.each_mut().map(|d| &mut d[range.clone()]);
-            set(
-                block.len.min(BLOCK),
-                directions,
-                &mut self.weights[range],
-                #[inline(always)]
-                |i| last(i, block.get(i)),
-            );
-        }
+        // Closures may read memory: what is written meanwhile is plainly none of it, or no loop would
+        // become vector code.
+        let mut block = Steps::default();
+        let (mut directions, mut weights) = ([[0.0; BLOCK]; 3], [0.0; BLOCK]);
+        in_blocks(
+            u.len(),
+            #[inline(always)]
+            |range, len| {
+                block.len = len;
+                let (u, v) = (&u[range.clone()], &v[range.clone()]);
+                block.next(
+                    #[inline(always)]
+                    |i, _| first(i, [f64::from(u[i]), f64::from(v[i])]),
+                );
+                steps(&mut block);
+                let [x, y, z] = &mut directions;
+                set(
+                    len,
+                    [&mut x[..len], &mut y[..len], &mut z[..len]],
+                    &mut weights[..len],
+                    #[inline(always)]
+                    |i| last(i, block.get(i)),
+                );
+                for (all, own) in self.directions.iter_mut().zip(&directions) {
+                    all[range.clone()].copy_from_slice(&own[..len]);
+                }
+                self.weights[range].copy_from_slice(&weights[..len]);
+            },
+        );
+    }
+}
+
+/// Does `work` for blocks of [`BLOCK`], and for what is left: of so many, those of a range, as many as it
+/// is also told. Compiled once for whole blocks, in which no index can be out of bounds.
+#[inline(always)]
+pub(super) fn in_blocks(count: usize, mut work: impl FnMut(Range<usize>, usize)) {
+    let whole = count - count % BLOCK;
+    for start in (0..whole).step_by(BLOCK) {
+        work(start..start + BLOCK, BLOCK);
+    }
+    if whole < count {
+        work(whole..count, (count - whole).min(BLOCK));
     }
 }
 
@@ -126,7 +148,7 @@ fn set(
 }
 
 /// Points that take a step together: their numbers stay in the nearest cache.
-pub(super) const BLOCK: usize = 64;
+pub(super) const BLOCK: usize = MOST_TOGETHER;
 
 /// What a point has from one step to the next.
 pub(super) type Numbers = [f64; 4];

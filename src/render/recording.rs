@@ -66,7 +66,7 @@ pub fn record(
     let skip = Skips::NONE.with(Skip::Weightless).with(Skip::DarkLights);
     let done = TileCount::new(plan.walks(), progress);
     plan.adapt(scene, accelerator, Skips::ALL, &done);
-    let walk = Walk { scene, accelerator, plan: &plan, skip };
+    let walk = Walk::new(scene, accelerator, &plan, skip);
     let mut passes: Vec<_> =
         Pass::ALL.into_iter().filter(|&pass| plan.has(pass)).map(RecordedPass::new).collect();
     let pass_of: Vec<usize> = plan

@@ -1,8 +1,8 @@
 //! Samples of a light with right angles, for many points of one view or for few of each of many.
 
 use super::light_lift::{Lift, Plane};
-use super::light_samples::{BLOCK, LightSamples};
-use super::sampler::Points;
+use super::light_samples::LightSamples;
+use super::sampler::{MOST_TOGETHER, Points};
 use super::soft_shadow::usable;
 use super::spherical_rectangle::SphericalRectangle;
 use crate::vectorized::vectorized;
@@ -21,28 +21,44 @@ pub(super) struct RectangleView {
     above: [f64; 4],
 }
 
+/// A quad with right angles, with what is the same wherever it is seen from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rectangle {
+    corner: DVec3,
+    lengths: [f64; 2],
+    axes: [DVec3; 2],
+    /// The largest absolute coordinates of any corner.
+    farthest: DVec3,
+}
+
+impl Rectangle {
+    /// With these corners, edges from the first of them, and unit normal.
+    pub(super) fn new(corners: &[DVec3; 4], edges: [DVec3; 2], normal: DVec3) -> Self {
+        let lengths = edges.map(DVec3::length);
+        let x_axis = edges[0] / lengths[0];
+        let axes = [x_axis, normal.cross(x_axis)];
+        let farthest = corners.iter().fold(DVec3::ZERO, |all, corner| all.max(corner.abs()));
+        Self { corner: corners[0], lengths, axes, farthest }
+    }
+}
+
 impl RectangleView {
-    /// Of a quad with right angles, if it looks large enough from `origin`, where the surface has this
-    /// normal.
+    /// If the rectangle looks large enough from `origin`, where the surface has this normal.
     pub(super) fn new(
+        rectangle: &Rectangle,
         [origin, normal]: [DVec3; 2],
-        corners: &[DVec3; 4],
-        edges: [DVec3; 2],
         plane: Plane,
     ) -> Option<Self> {
         if plane.height.is_nan() || plane.height <= 0.0 {
             return None;
         }
-        let lengths = edges.map(DVec3::length);
-        let x_axis = edges[0] / lengths[0];
-        let axes = [x_axis, plane.normal.cross(x_axis)];
-        let to_corner = corners[0] - origin;
+        let Rectangle { corner, lengths, axes, farthest } = *rectangle;
+        let to_corner = corner - origin;
         let span = |i: usize| {
             let start = to_corner.dot(axes[i]);
             [start, start + lengths[i]]
         };
         let shape = SphericalRectangle::new(span(0), span(1), plane.height)?;
-        let farthest = corners.iter().fold(DVec3::ZERO, |all, corner| all.max(corner.abs()));
         let (foot, lift) = (-plane.normal * plane.height, plane.lift(farthest));
         let above = [foot, axes[0], axes[1], lift.away].map(|v| normal.dot(v));
         Some(Self { shape, foot, axes, lift, above })
@@ -59,7 +75,7 @@ impl RectangleView {
         );
     }
 
-    /// All numbers but the axes.
+    /// All numbers but the axes, in the order that [`of_lane`](Self::of_lane) knows.
     fn numbers(&self) -> [f64; NUMBERS] {
         let Self { shape, foot, axes: _, lift, above } = self;
         let mut numbers = [0.0; NUMBERS];
@@ -72,14 +88,19 @@ impl RectangleView {
         numbers
     }
 
-    /// The view with these numbers.
+    /// The view with the numbers of a lane.
     #[inline(always)]
-    fn of(number: impl Fn(usize) -> f64, axes: [DVec3; 2]) -> Self {
-        let shape = SphericalRectangle::of(&number);
-        let other = |index: usize| number(SphericalRectangle::NUMBERS + index);
-        let lift = Lift { away: DVec3::new(other(3), other(4), other(5)), share: other(6) };
-        let above = [other(7), other(8), other(9), other(10)];
-        Self { shape, foot: DVec3::new(other(0), other(1), other(2)), axes, lift, above }
+    fn of_lane(rows: &[[f64; MOST_TOGETHER]; NUMBERS], lane: usize, axes: [DVec3; 2]) -> Self {
+        let [of_shape @ .., x, y, z, away_x, away_y, away_z, share, a, b, c, d] = rows;
+        let lift =
+            Lift { away: DVec3::new(away_x[lane], away_y[lane], away_z[lane]), share: share[lane] };
+        Self {
+            shape: SphericalRectangle::of_lane(of_shape, lane),
+            foot: DVec3::new(x[lane], y[lane], z[lane]),
+            axes,
+            lift,
+            above: [a[lane], b[lane], c[lane], d[lane]],
+        }
     }
 }
 
@@ -118,21 +139,18 @@ const NUMBERS: usize = SphericalRectangle::NUMBERS + 11;
 /// Views of one light, a sample of each in a lane: vectors are as full as if one view had them all.
 #[derive(Clone, Debug)]
 pub(super) struct RectangleLanes {
-    rows: [[f64; BLOCK]; NUMBERS],
+    rows: [[f64; MOST_TOGETHER]; NUMBERS],
     axes: [DVec3; 2],
 }
 
 impl Default for RectangleLanes {
     fn default() -> Self {
         // A view that lanes without one can be computed with.
-        Self { rows: [[1.0; BLOCK]; NUMBERS], axes: [DVec3::X, DVec3::Y] }
+        Self { rows: [[1.0; MOST_TOGETHER]; NUMBERS], axes: [DVec3::X, DVec3::Y] }
     }
 }
 
 impl RectangleLanes {
-    /// Most lanes.
-    pub(super) const ROOM: usize = BLOCK;
-
     /// Gives some lanes to a view: all lanes are of one light.
     pub(super) fn set(&mut self, lanes: std::ops::Range<usize>, view: &RectangleView) {
         self.axes = view.axes;
@@ -143,16 +161,19 @@ impl RectangleLanes {
 
     /// The sample of each lane: as [`RectangleView::sample`] has it, bit by bit.
     pub(super) fn sample(&self, points: &Points, samples: &mut LightSamples) {
-        assert!(points.len() <= Self::ROOM);
+        assert!(points.len() <= MOST_TOGETHER);
         samples.resize(points.coordinates().0.len());
         vectorized(
             #[inline(always)]
             || {
+                // A copy of its own can plainly not overlap with what is written: else loops would not
+                // become vector code.
+                let Self { rows, axes } = self.clone();
                 sample(
                     points,
                     samples,
                     #[inline(always)]
-                    |i| RectangleView::of(|row| self.rows[row][i], self.axes),
+                    |i| RectangleView::of_lane(&rows, i, axes),
                 );
             },
         );
@@ -168,7 +189,8 @@ mod tests {
     fn lanes_are_as_views_alone() {
         let mut random = Random::new(91);
         for per_view in [1, 2, 3, 5, 8] {
-            let (mut lanes, mut views, mut points) = Default::default();
+            let (mut lanes, mut views) = (RectangleLanes::default(), Vec::new());
+            let mut points = Vec::new();
             let mut number = || f64::from(random.unit());
             let (corner, normal) = (DVec3::new(number(), number(), 2.0), DVec3::Z);
             let edges = [DVec3::X * (0.1 + number()), DVec3::Y * (0.1 + number())];
@@ -176,19 +198,18 @@ mod tests {
                 let [along_x, along_y] = [i & 1, i >> 1].map(f64::from);
                 corner + edges[0] * along_x + edges[1] * along_y
             });
-            let count = RectangleLanes::ROOM / per_view;
-            let lanes: &mut RectangleLanes = &mut lanes;
-            let (views, points): (&mut Vec<_>, &mut Vec<_>) = (&mut views, &mut points);
+            let rectangle = Rectangle::new(&corners, edges, -DVec3::Z);
+            let count = MOST_TOGETHER / per_view;
             for view in 0..count {
                 let origin = DVec3::new(4.0 * number(), 4.0 * number(), number());
                 let plane = Plane::new(-DVec3::Z, origin, &corners);
-                let seen = RectangleView::new([origin, normal], &corners, edges, plane).unwrap();
+                let seen = RectangleView::new(&rectangle, [origin, normal], plane).unwrap();
                 lanes.set(view * per_view..(view + 1) * per_view, &seen);
                 views.push(seen);
                 points.extend((0..per_view).map(|_| [number(), number()].map(|n| n as f32)));
             }
             let (mut together, mut alone) = (LightSamples::default(), LightSamples::default());
-            lanes.sample(&Points::of(points), &mut together);
+            lanes.sample(&Points::of(&points), &mut together);
             for (place, view) in views.iter().enumerate() {
                 let own = &points[place * per_view..(place + 1) * per_view];
                 let own = Points::of(own);

@@ -9,6 +9,7 @@ use super::light_lift::{Lift, Plane, reach};
 use super::light_samples::LightSamples;
 use super::light_sampling::LightSampling;
 use super::rectangle_light::RectangleView;
+use super::sampled_light::SampledLight;
 use super::sampler::Points;
 use super::surface::{SurfacePoint, offset_distance};
 use super::warp::{self, Frame};
@@ -40,17 +41,18 @@ pub fn is_delta(shape: &LightShape) -> bool {
 /// A light as one surface point sees it: made once for all samples there.
 #[derive(Clone, Copy, Debug)]
 pub struct LightView {
-    kind: Kind,
-    origin: DVec3,
-    ray_origin: Vec3,
+    pub(super) kind: Kind,
+    pub(super) origin: DVec3,
+    pub(super) ray_origin: Vec3,
     /// End of the rays: 1 where they go to a point.
-    t_max: f32,
-    normal: DVec3,
-    dark: bool,
+    pub(super) t_max: f32,
+    pub(super) normal: DVec3,
+    pub(super) dark: bool,
 }
 
+/// How it is sampled.
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+pub(super) enum Kind {
     /// No direction shows the emitting side.
     Nothing,
     Rectangle(RectangleView),
@@ -90,81 +92,7 @@ enum Kind {
 impl LightView {
     /// The light as seen from `surface`.
     pub fn new(light: &Light, surface: &SurfacePoint, sampling: LightSampling) -> Self {
-        let by_area = sampling == LightSampling::Area;
-        // From where the rays really start: what is weighed is what is traced.
-        let origin = surface.origin.as_dvec3();
-        let normal = surface.normal;
-        // What lies below the horizon by more than the rounding of any sample is dark as a whole.
-        let below = |points: &[DVec3], margin: f64| {
-            points.iter().all(|p| {
-                let d = *p - origin;
-                // Samples lie at coordinates, and are as precise as those.
-                let rounding = 1e-14 * (reach(*p) + reach(origin));
-                d.dot(normal) + margin + rounding < -1e-9 * (d.length() + margin)
-            })
-        };
-        let (kind, dark) = match light.shape {
-            LightShape::Quad { corner, edge_u, edge_v } => {
-                let corner = corner.as_dvec3();
-                let edges @ [u, v] = [edge_u, edge_v].map(|e| e.as_dvec3());
-                let corners = [corner, corner + u, corner + v, corner + u + v];
-                let plane = Plane::new(u.cross(v).normalize_or_zero(), origin, &corners);
-                let is_rectangle = !by_area && has_right_angles(edges);
-                // The rectangle in its place has right angles, so that its corners lie elsewhere.
-                let skew = if is_rectangle { 2.0 * u.dot(v).abs() / u.length() } else { 0.0 };
-                let dark = plane.height <= 0.0 || below(&corners, skew);
-                // Whatever points of a dark light are drawn, they weigh nothing.
-                let may_be = is_rectangle && !dark;
-                let from = [origin, normal];
-                let by_angle = may_be.then(|| RectangleView::new(from, &corners, edges, plane));
-                let area = u.cross(v).length();
-                let parallelogram = Kind::Parallelogram { corner, edges, area, plane };
-                (by_angle.flatten().map_or(parallelogram, Kind::Rectangle), dark)
-            }
-            LightShape::Disk { center, normal, radius } => {
-                let (center, radius) = (center.as_dvec3(), f64::from(radius));
-                let mut plane = Plane::new(normal.as_dvec3().normalize(), origin, &[center]);
-                plane.reach += radius;
-                let dark = plane.height <= 0.0 || below(&[center], radius);
-                let frame = Frame::new(plane.normal);
-                (Kind::Disk { center, radius, frame, plane }, dark)
-            }
-            LightShape::Sphere { center, radius } => {
-                let (center, radius) = (center.as_dvec3(), f64::from(radius));
-                let (to_center, distance) = ((center - origin), (center - origin).length());
-                let dark = distance <= radius || below(&[center], radius);
-                let sin_squared = (radius / distance).powi(2);
-                let kind = if distance <= radius {
-                    Kind::Nothing
-                } else if by_area {
-                    Kind::SphereSurface { center, radius }
-                } else {
-                    let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
-                    let frame = Frame::new(to_center / distance);
-                    Kind::Sphere { center, radius, frame, distance, one_minus_cos }
-                };
-                (kind, dark)
-            }
-            LightShape::Directional { direction, angular_diameter_degrees } => {
-                let half = 0.5 * f64::from(angular_diameter_degrees.max(0.0)).to_radians();
-                let axis = -direction.as_dvec3().normalize();
-                let one_minus_cos = 2.0 * (0.5 * half).sin().powi(2);
-                // Strength is the irradiance of a surface that faces the light: radiance times the
-                // projected solid angle, pi sin^2. Solid angle over that is this factor.
-                let factor = 2.0 / (1.0 + half.cos());
-                let dark = axis.dot(normal) < -half.sin() - 1e-9;
-                (Kind::Directional { frame: Frame::new(axis), one_minus_cos, factor }, dark)
-            }
-            LightShape::Point { position } => {
-                let position = position.as_dvec3();
-                (Kind::Point { position }, below(&[position], 0.0))
-            }
-        };
-        let t_max = match kind {
-            Kind::Directional { .. } => f32::INFINITY,
-            _ => 1.0,
-        };
-        Self { kind, origin, ray_origin: surface.origin, t_max, normal, dark }
+        SampledLight::new(light, sampling).seen_from(surface)
     }
 
     /// Whether all samples have weight 0, as far as can be seen without drawing any.
@@ -336,8 +264,4 @@ impl LightView {
 pub(super) fn usable(weight: f64) -> f32 {
     let weight = weight as f32;
     if (weight > 0.0) & weight.is_finite() { weight } else { 0.0 }
-}
-
-fn has_right_angles([u, v]: [DVec3; 2]) -> bool {
-    u.dot(v).abs() <= 1e-6 * u.length() * v.length()
 }

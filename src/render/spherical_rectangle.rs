@@ -58,23 +58,24 @@ impl SphericalRectangle {
     /// How many numbers there are.
     pub(super) const NUMBERS: usize = 10;
 
-    /// Its numbers, in an order that [`of`](Self::of) knows.
+    /// Its numbers, in the order that [`of_lane`](Self::of_lane) knows.
     pub(super) fn numbers(&self) -> [f64; Self::NUMBERS] {
         let Self { height, inverse_height, x, y, b, k, solid_angle } = *self;
         [height, inverse_height, x[0], x[1], y[0], y[1], b[0], b[1], k, solid_angle]
     }
 
-    /// The rectangle with these numbers.
+    /// The rectangle with the numbers of a lane.
     #[inline(always)]
-    pub(super) fn of(number: impl Fn(usize) -> f64) -> Self {
+    pub(super) fn of_lane<const N: usize>(rows: &[[f64; N]; Self::NUMBERS], lane: usize) -> Self {
+        let [height, inverse_height, x0, x1, y0, y1, b0, b1, k, solid_angle] = rows;
         Self {
-            height: number(0),
-            inverse_height: number(1),
-            x: [number(2), number(3)],
-            y: [number(4), number(5)],
-            b: [number(6), number(7)],
-            k: number(8),
-            solid_angle: number(9),
+            height: height[lane],
+            inverse_height: inverse_height[lane],
+            x: [x0[lane], x1[lane]],
+            y: [y0[lane], y1[lane]],
+            b: [b0[lane], b1[lane]],
+            k: k[lane],
+            solid_angle: solid_angle[lane],
         }
     }
 

@@ -68,7 +68,7 @@ pub fn render(
     let counted = options.count_visits && can_count(accelerator);
     // Heat maps are of the whole tree and of all rays that matter.
     let skip = if counted { options.skip.without_shafts() } else { options.skip };
-    let walk = Walk { scene, accelerator, plan: &plan, skip };
+    let walk = Walk::new(scene, accelerator, &plan, skip);
     let shared = Mutex::new((FilmBuilder::new(&plan, counted), Tally::new(&plan)));
     let order = plan.grid.order(options.order);
     let workers = Reused::<Worker>::default();

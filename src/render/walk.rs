@@ -1,22 +1,23 @@
 //! The way of a ray up to its batch: camera, primary hit, surface point, shadow rays. Streaming and
 //! recording take the same way, so they trace the same rays.
 
-use super::ambient_occlusion::{self, Directions};
-use super::few_samples::{FewSamples, Member};
+use super::ambient_occlusion::Directions;
+use super::few_samples::FewSamples;
 use super::film::PrimarySums;
 use super::light_samples::LightSamples;
-use super::plan::Plan;
+use super::pixels::{Pixels, reason};
+use super::plan::{ClassPlan, Plan};
+use super::sampled_light::SampledLight;
 use super::sampler::{Dimension, PixelSampler, Points};
 use super::settings::RayClass;
 use super::shafts::{Aim, Gate, Group, groups};
 use super::skip::{Skip, Skips};
-use super::soft_shadow::LightView;
 use super::stats::SkippedRays;
 use super::surface::SurfacePoint;
 use super::surface_lanes::points_seen;
 use crate::backend::{Accelerator, Hints};
 use crate::ray::{Hit, Ray};
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 use crate::trace::shaft::{Budget, Entry, Shaft, View};
 use glam::Vec3;
 use std::time::{Duration, Instant};
@@ -61,7 +62,7 @@ impl RayBuffer {
     }
 
     /// Hands over what has gathered.
-    fn flush(&mut self, class: usize, sink: &mut dyn Sink) {
+    pub(super) fn flush(&mut self, class: usize, sink: &mut dyn Sink) {
         if self.rays.is_empty() {
             return;
         }
@@ -78,6 +79,8 @@ pub(super) struct Walk<'a> {
     pub(super) accelerator: &'a dyn Accelerator,
     pub(super) plan: &'a Plan,
     pub(super) skip: Skips,
+    /// Of each class, if its rays go to one.
+    lights: Vec<Option<SampledLight>>,
 }
 
 /// Memory that is used again for one tile after the other.
@@ -93,11 +96,11 @@ pub(super) struct Scratch {
 
 /// The samples of one pixel and class.
 #[derive(Default)]
-struct Samples {
-    points: Points,
-    directions: Directions,
-    of_light: LightSamples,
-    few: FewSamples,
+pub(super) struct Samples {
+    pub(super) points: Points,
+    pub(super) directions: Directions,
+    pub(super) of_light: LightSamples,
+    pub(super) few: FewSamples,
 }
 
 /// Camera rays of a tile's pixels, what each hits, and the points of those that hit something.
@@ -108,10 +111,11 @@ struct Gaze {
     points: Vec<SurfacePoint>,
 }
 
-struct Visible {
-    slot: u8,
-    sampler: PixelSampler,
-    surface: SurfacePoint,
+/// What a pixel sees.
+pub(super) struct Visible {
+    pub(super) slot: u8,
+    pub(super) sampler: PixelSampler,
+    pub(super) surface: SurfacePoint,
 }
 
 /// What is known of a tile besides its shadow rays.
@@ -122,7 +126,24 @@ pub(super) struct TileWalk {
     pub(super) primary_time: Duration,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    /// Of a plan's picture, with all that `skip` names left out.
+    pub(super) fn new(
+        scene: &'a Scene,
+        accelerator: &'a dyn Accelerator,
+        plan: &'a Plan,
+        skip: Skips,
+    ) -> Self {
+        let of_class = |class: &ClassPlan| match class.class {
+            RayClass::Shadow { light } => {
+                Some(SampledLight::new(&scene.lights[light], plan.settings.light_sampling))
+            }
+            _ => None,
+        };
+        let lights = plan.classes.iter().map(of_class).collect();
+        Self { scene, accelerator, plan, skip, lights }
+    }
+
     /// Walks a tile.
     pub(super) fn tile(&self, tile: usize, scratch: &mut Scratch, sink: &mut dyn Sink) -> TileWalk {
         scratch.buffers.resize_with(self.plan.classes.len(), RayBuffer::default);
@@ -182,15 +203,16 @@ impl Walk<'_> {
         }
     }
 
-    /// What points the samples of a class are made from, and how far its rays go if not to a light.
-    fn dimension(&self, class: usize) -> (Dimension, f32) {
+    /// What points the samples of a class are made from, and how far its rays go: to the end of those to a point of a
+    /// light.
+    pub(super) fn dimension(&self, class: usize) -> (Dimension, f32) {
         let Plan { settings, classes, .. } = self.plan;
         match classes[class].class {
             RayClass::AmbientOcclusion => (Dimension::AmbientOcclusion, settings.ao_radius),
             RayClass::AmbientOcclusionUnbounded => {
                 (Dimension::AmbientOcclusionUnbounded, f32::INFINITY)
             }
-            RayClass::Shadow { light } => (Dimension::Light(light), 0.0),
+            RayClass::Shadow { light } => (Dimension::Light(light), 1.0),
         }
     }
 
@@ -219,7 +241,7 @@ impl Walk<'_> {
             tile,
             class,
             camera_sample,
-            light,
+            light: self.lights[class].as_ref(),
             buffer: &mut scratch.buffers[class],
             samples: &mut scratch.samples,
             sink,
@@ -286,166 +308,3 @@ const LEAST_LOOKED_FOR: u32 = 8;
 /// What is looked at for a group of pixels, and for one.
 const GROUP_BUDGET: Budget = Budget { nodes: 24, triangles: 32 };
 const PIXEL_BUDGET: Budget = Budget { nodes: 0, triangles: 8 };
-
-/// Pixels with more samples fill vectors on their own.
-const MOST_FEW: u32 = 4;
-
-/// Why rays of which that is known, to a light or not, need not be traced.
-fn reason(view: View, to_light: bool) -> Option<Skip> {
-    match view {
-        View::Open if to_light => Some(Skip::LitShafts),
-        View::Open => Some(Skip::OpenHemispheres),
-        View::Blocked => Some(Skip::BlockedShafts),
-        View::Partly => None,
-    }
-}
-
-/// What turns pixels into samples of one class.
-struct Pixels<'a, 'w> {
-    walk: &'a Walk<'w>,
-    tile: usize,
-    class: usize,
-    /// Which block of each pixel's points.
-    camera_sample: u32,
-    light: Option<&'a Light>,
-    buffer: &'a mut RayBuffer,
-    samples: &'a mut Samples,
-    sink: &'a mut dyn Sink,
-    skipped: &'a mut SkippedRays,
-}
-
-impl Pixels<'_, '_> {
-    /// Has rays start there from now on.
-    fn start_at(&mut self, entry: &Entry) {
-        if entry.parts().is_some() || self.buffer.entry.parts().is_some() {
-            self.buffer.flush(self.class, self.sink);
-            self.buffer.entry.clone_from(entry);
-        }
-    }
-
-    /// Adds the samples of pixels of which nothing is known.
-    fn add_all(&mut self, surfaces: &[Visible]) {
-        for visible in surfaces {
-            let Some((count, light)) = self.samples_of(visible) else { continue };
-            let rectangle = light.as_ref().and_then(LightView::as_rectangle);
-            match rectangle.filter(|_| count <= MOST_FEW) {
-                Some(rectangle) => {
-                    let count = count as usize;
-                    if !self.samples.few.has_room(count) {
-                        self.add_few();
-                    }
-                    let (pixel, origin) = ((visible.slot, visible.sampler), visible.surface.origin);
-                    self.samples.few.add(pixel, origin, rectangle, count);
-                }
-                None => self.add_samples(visible, View::Partly, count, light),
-            }
-        }
-        self.add_few();
-    }
-
-    /// Adds the samples of pixels that have few each.
-    fn add_few(&mut self) {
-        let weightless = !self.walk.skip.has(Skip::Weightless);
-        let Samples { points, of_light, few, .. } = &mut *self.samples;
-        let (dimension, _) = self.walk.dimension(self.class);
-        few.sample(dimension, self.camera_sample, points, of_light);
-        if self.buffer.rays.len() + points.len() > BATCH_RAYS {
-            self.buffer.flush(self.class, self.sink);
-        }
-        for Member { slot, ray_origin, samples, .. } in few.members.iter() {
-            let RayBuffer { rays, weights, slots, .. } = &mut *self.buffer;
-            let before = rays.len();
-            let ray = |direction| Ray::new(*ray_origin, direction, 1.0);
-            of_light.add_rays(samples.clone(), weightless, ray, rays, weights);
-            let added = rays.len() - before;
-            self.skipped[Skip::Weightless as usize] += (samples.len() - added) as u64;
-            slots.extend(std::iter::repeat_n(*slot, added));
-        }
-        few.clear();
-    }
-
-    /// Adds the samples of one pixel, of which that is known.
-    fn add(&mut self, visible: &Visible, view: View) {
-        if let Some((count, light)) = self.samples_of(visible) {
-            self.add_samples(visible, view, count, light);
-        }
-    }
-
-    /// How many samples a pixel has, and the light as it sees it, if they are of one; `None` if all of
-    /// them are left out.
-    fn samples_of(&mut self, visible: &Visible) -> Option<(u32, Option<LightView>)> {
-        let plan = self.walk.plan;
-        let count = plan.samples(self.tile, self.class, usize::from(visible.slot));
-        let light_sampling = plan.settings.light_sampling;
-        let view = |light| LightView::new(light, &visible.surface, light_sampling);
-        let light = self.light.map(view);
-        if light.is_some_and(|light| light.is_dark()) && self.walk.skip.has(Skip::DarkLights) {
-            self.skipped[Skip::DarkLights as usize] += u64::from(count);
-            return None;
-        }
-        Some((count, light))
-    }
-
-    /// Adds so many samples of one pixel, of which that is known.
-    fn add_samples(
-        &mut self,
-        visible: &Visible,
-        view: View,
-        count: u32,
-        view_of_light: Option<LightView>,
-    ) {
-        let skip = |skip| self.walk.skip.has(skip);
-        let by = reason(view, self.light.is_some()).filter(|by| skip(*by));
-        if let (Some(by), None) = (by, view_of_light) {
-            self.skipped[by as usize] += u64::from(count);
-            let is_lit = view == View::Open;
-            let known = Known { slot: visible.slot, count, weights: &[], is_lit };
-            self.sink.known(self.class, &known);
-            return;
-        }
-        let (dimension, radius) = self.walk.dimension(self.class);
-        let mut start = 0;
-        while start < count {
-            let end = count.min(start + BATCH_RAYS as u32);
-            if self.buffer.rays.len() + (end - start) as usize > BATCH_RAYS {
-                self.buffer.flush(self.class, self.sink);
-            }
-            let Samples { points, directions, of_light, .. } = &mut *self.samples;
-            visible.sampler.fill(dimension, [self.camera_sample, count], start..end, points);
-            start = end;
-            let before = self.buffer.rays.len();
-            let Some(light) = &view_of_light else {
-                let rays = &mut self.buffer.rays;
-                ambient_occlusion::rays(&visible.surface, points, radius, directions, rays);
-                self.buffer.slots.extend(std::iter::repeat_n(visible.slot, points.len()));
-                continue;
-            };
-            light.sample_all(points, of_light);
-            let weights = &of_light.weights()[..points.len()];
-            if let Some(by) = by {
-                let weightless = if skip(Skip::Weightless) {
-                    weights.iter().filter(|&&weight| weight == 0.0).count() as u64
-                } else {
-                    0
-                };
-                self.skipped[Skip::Weightless as usize] += weightless;
-                self.skipped[by as usize] += points.len() as u64 - weightless;
-                let (count, is_lit) = (points.len() as u32, view == View::Open);
-                let known = Known { slot: visible.slot, count, weights, is_lit };
-                self.sink.known(self.class, &known);
-                continue;
-            }
-            let (weightless, buffer) = (!skip(Skip::Weightless), &mut *self.buffer);
-            of_light.add_rays(
-                0..points.len(),
-                weightless,
-                |direction| light.ray(direction),
-                &mut buffer.rays,
-                &mut buffer.weights,
-            );
-            let added = self.buffer.rays.len() - before;
-            self.skipped[Skip::Weightless as usize] += (points.len() - added) as u64;
-            self.buffer.slots.extend(std::iter::repeat_n(visible.slot, added));
-        }
-    }
-}

@@ -122,7 +122,12 @@ impl Points {
     }
 
     fn resize(&mut self, len: usize) {
-        let room = len.next_multiple_of(Self::LANES);
+        self.resize_in(len, Self::LANES);
+    }
+
+    /// With room for a multiple of `lanes`.
+    fn resize_in(&mut self, len: usize, lanes: usize) {
+        let room = len.next_multiple_of(lanes);
         self.u.resize(room, 0.0);
         self.v.resize(room, 0.0);
         self.len = len;
@@ -183,7 +188,7 @@ impl PixelSampler {
 
     /// Makes `points` those of one block of each of several samplers of one kind, [`MOST_TOGETHER`] at
     /// most, those of each right behind those of the one before; with each comes how many points its
-    /// blocks have.
+    /// blocks have. There is room for all that can be asked for.
     pub(super) fn fill_blocks<'a>(
         samplers: impl Iterator<Item = (&'a Self, u32)>,
         dimension: Dimension,
@@ -201,7 +206,7 @@ impl PixelSampler {
             entry = Some(sampler.entry);
         }
         assert!(len <= MOST_TOGETHER);
-        points.resize(len);
+        points.resize_in(len, MOST_TOGETHER);
         if let Some(entry) = entry {
             (entry.fill_blocks)(&requests[..used], &mut points.u[..len], &mut points.v[..len]);
         }

@@ -139,14 +139,44 @@ fn block_by_cell(
     }
 }
 
-/// What a point of a block is found from.
-#[derive(Clone, Copy, Default)]
-struct Lane {
-    seed: u32,
-    /// The first point of the block, and what its index has no bits of.
-    first: u32,
-    rest: u32,
-    cell: [u32; 2],
+/// What points of several blocks are found from, number by number.
+struct Lanes {
+    seed: [u32; MOST_TOGETHER],
+    /// The first point of the block, and the bits that its index has not.
+    first: [u32; MOST_TOGETHER],
+    rest: [u32; MOST_TOGETHER],
+    /// Where the point is among the first as many before scrambling.
+    cell: [[u32; MOST_TOGETHER]; 2],
+}
+
+impl Lanes {
+    const EMPTY: Self = {
+        let row = [0; MOST_TOGETHER];
+        Self { seed: row, first: row, rest: row, cell: [row; 2] }
+    };
+
+    /// The points of the first lanes.
+    #[inline(always)]
+    fn points(&self, u: &mut [f32], v: &mut [f32]) {
+        let Self { seed, first, rest, cell: [cell_u, cell_v] } = self;
+        let (mut index, mut of_u, mut of_v) = (*seed, *seed, *seed);
+        for lane in 0..MOST_TOGETHER {
+            let shuffle;
+            [shuffle, of_u[lane], of_v[lane]] = scrambles(seed[lane]);
+            index[lane] = shuffled(first[lane], shuffle) & !rest[lane];
+        }
+        let table = &table()[..LONGEST as usize];
+        let mut point = index;
+        for lane in 0..MOST_TOGETHER {
+            point[lane] = table[index[lane] as usize];
+        }
+        let len = u.len().min(v.len()).min(MOST_TOGETHER);
+        let (u, v) = (&mut u[..len], &mut v[..len]);
+        for lane in 0..len {
+            u[lane] = scrambled(cell_u[lane] ^ index[lane], of_u[lane]);
+            v[lane] = scrambled(cell_v[lane] ^ point[lane], of_v[lane]);
+        }
+    }
 }
 
 /// As [`fill`] for each request: a point of each is computed in a lane of vectors.
@@ -155,40 +185,22 @@ fn fill_blocks(requests: &[Request], u: &mut [f32], v: &mut [f32]) {
     if !requests.iter().all(by_cells) {
         return block_by_block(fill, requests, u, v);
     }
-    let (mut lanes, mut len) = ([Lane::default(); MOST_TOGETHER], 0);
+    let (mut lanes, mut used) = (Lanes::EMPTY, 0);
     for &Request { key, block, count, .. } in requests {
         let first = block * count;
         let seed = mix(key ^ u64::from(first / LONGEST)) as u32;
-        for &cell in by_cell(count.ilog2()) {
-            lanes[len] = Lane { seed, first: first % LONGEST, rest: count - 1, cell };
-            len += 1;
+        for &[cell_u, cell_v] in by_cell(count.ilog2()) {
+            lanes.seed[used] = seed;
+            lanes.first[used] = first % LONGEST;
+            lanes.rest[used] = count - 1;
+            (lanes.cell[0][used], lanes.cell[1][used]) = (cell_u, cell_v);
+            used += 1;
         }
     }
-    let len = len.min(u.len());
     vectorized(
         #[inline(always)]
-        || points_of(&lanes[..len], &mut u[..len], &mut v[..len]),
+        || lanes.points(u, v),
     );
-}
-
-/// The point of each lane.
-#[inline(always)]
-fn points_of(lanes: &[Lane], u: &mut [f32], v: &mut [f32]) {
-    let len = lanes.len().min(MOST_TOGETHER);
-    let (mut index, mut scramble) = ([0; MOST_TOGETHER], [[0; MOST_TOGETHER]; 2]);
-    let (index, [of_u, of_v]) = (&mut index[..len], scramble.each_mut().map(|s| &mut s[..len]));
-    for place in 0..len {
-        let Lane { seed, first, rest, .. } = lanes[place];
-        let shuffle;
-        [shuffle, of_u[place], of_v[place]] = scrambles(seed);
-        index[place] = shuffled(first, shuffle) & !rest;
-    }
-    let (u, v, table) = (&mut u[..len], &mut v[..len], &table()[..LONGEST as usize]);
-    for place in 0..len {
-        let cell = lanes[place].cell;
-        u[place] = scrambled(cell[0] ^ index[place], of_u[place]);
-        v[place] = scrambled(cell[1] ^ table[index[place] as usize], of_v[place]);
-    }
 }
 
 #[cfg(test)]
