@@ -11,7 +11,7 @@ use crate::ray::Ray;
 use crate::trace::shaft::{Entry, View};
 
 /// Pixels with more samples fill vectors on their own.
-const MOST_FEW: u32 = 8;
+const MOST_FEW: u32 = 4;
 
 /// Why rays of which that is known, to a light or not, need not be traced.
 pub(super) fn reason(view: View, to_light: bool) -> Option<Skip> {
