@@ -245,9 +245,9 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 /// Settings for the scene in this place of the list: every sampler, way to sample lights and number
 /// of samples gets its turn.
 fn settings(scene: &Scene, turn: usize) -> Vec<RenderSettings> {
-    const COUNTS: [(u32, u32); 4] = [(8, 3), (1, 2), (3, 2), (8, 1)];
+    const COUNTS: [(u32, u32); 4] = [(8, 3), (1, 2), (3, 2), (16, 1)];
     let of = |(spp, camera_samples), turn: usize| RenderSettings {
-        size: [26, 18],
+        size: if spp < 64 { [26, 18] } else { [18, 12] },
         spp,
         camera_samples,
         seed: turn as u64,
@@ -256,7 +256,8 @@ fn settings(scene: &Scene, turn: usize) -> Vec<RenderSettings> {
         light_sampling: LightSampling::ALL[turn / 2 % LightSampling::ALL.len()],
         ..RenderSettings::of_scene(scene)
     };
-    vec![of((16, 1), turn), of(COUNTS[turn % COUNTS.len()], turn + 1)]
+    // With many samples pixels are looked at one by one, too.
+    vec![of((64, 1), turn), of(COUNTS[turn % COUNTS.len()], turn + 1)]
 }
 
 fn run(scene: &Scene, by: &dyn Accelerator, settings: &RenderSettings, skip: Skips) -> Rendering {

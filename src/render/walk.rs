@@ -279,7 +279,10 @@ impl<'a> Walk<'a> {
             }
             let mut gate = Gate::default();
             // From the root on, a pixel's few looks would tell nothing that the group's have not told.
-            let by_pixel = of_group == View::Partly && origins.len() > 1 && entry.parts().is_some();
+            let by_pixel = of_class.samples >= LEAST_LOOKED_FOR_ALONE
+                && of_group == View::Partly
+                && origins.len() > 1
+                && entry.parts().is_some();
             for (visible, origin) in members.zip(origins) {
                 let mut view = of_group;
                 if let Some(aim) = aim.as_ref().filter(|_| by_pixel && gate.is_open()) {
@@ -303,8 +306,9 @@ impl Scratch {
     }
 }
 
-/// Fewer samples are traced sooner than looked after.
+/// Fewer samples are traced sooner than looked after: those of a group's pixels, and of one.
 const LEAST_LOOKED_FOR: u32 = 8;
+const LEAST_LOOKED_FOR_ALONE: u32 = 64;
 /// What is looked at for a group of pixels, and for one.
 const GROUP_BUDGET: Budget = Budget { nodes: 24, triangles: 32 };
 const PIXEL_BUDGET: Budget = Budget { nodes: 0, triangles: 8 };
