@@ -31,7 +31,8 @@ impl Summary {
     }
 }
 
-/// Times all contenders in turn, A B C A B C ..., after a warm-up round that does not count. The
+/// Times all contenders once in each round, after a warm-up round that does not count. Who comes after
+/// whom changes from round to round, as everyone finds the caches as the one before left them. The
 /// result has a row of `rounds` times for each contender, in milliseconds.
 pub fn interleaved(
     contenders: usize,
@@ -40,14 +41,24 @@ pub fn interleaved(
 ) -> Vec<Vec<f64>> {
     let mut times = vec![Vec::with_capacity(rounds); contenders];
     for round in 0..=rounds {
-        for (contender, times) in times.iter_mut().enumerate() {
+        for contender in turns(contenders, round) {
             let ms = run_ms(contender);
             if round > 0 {
-                times.push(ms);
+                times[contender].push(ms);
             }
         }
     }
     times
+}
+
+/// The order of a round: all contenders, in steps that have no divisor in common with their number.
+fn turns(contenders: usize, round: usize) -> impl Iterator<Item = usize> {
+    let divides_both =
+        |step: usize, by: usize| step.is_multiple_of(by) && contenders.is_multiple_of(by);
+    let reaches_all = |step: &usize| (2..=*step).all(|by| !divides_both(*step, by));
+    let steps: Vec<usize> = (1..contenders.max(2)).filter(reaches_all).collect();
+    let step = steps[round % steps.len()];
+    (0..contenders).map(move |place| (round + place * step) % contenders)
 }
 
 /// How many times faster `other` is than `first`, round by round: the machine's drift cancels.
@@ -89,8 +100,26 @@ mod tests {
             calls.push(contender);
             calls.len() as f64
         });
-        assert_eq!(calls, [0, 1, 0, 1, 0, 1, 0, 1]);
-        assert_eq!(times, [[3.0, 5.0, 7.0], [4.0, 6.0, 8.0]]);
-        assert!((ratios(&times[0], &times[1]).median - 5.0 / 6.0).abs() < 1e-12);
+        assert_eq!(calls, [0, 1, 1, 0, 0, 1, 1, 0]);
+        assert_eq!(times, [[4.0, 5.0, 8.0], [3.0, 6.0, 7.0]]);
+        assert!((ratios(&times[0], &times[1]).median - 8.0 / 7.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn everyone_has_a_turn_in_each_round_and_others_before() {
+        for contenders in 0..20 {
+            let mut before = vec![std::collections::HashSet::new(); contenders];
+            for round in 0..12 {
+                let order: Vec<usize> = turns(contenders, round).collect();
+                order.windows(2).for_each(|pair| {
+                    before[pair[1]].insert(pair[0]);
+                });
+                let mut sorted = order.clone();
+                sorted.sort_unstable();
+                assert!(sorted.into_iter().eq(0..contenders), "{order:?}");
+            }
+            let least = [0, 0, 1, 2, 2].get(contenders).copied().unwrap_or(2);
+            assert!(before.iter().all(|others| others.len() >= least), "{contenders}: {before:?}");
+        }
     }
 }
