@@ -17,7 +17,6 @@ pub(super) struct SampledLight {
 }
 
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "a scene has few lights")]
 enum Shape {
     Quad {
         corners: [DVec3; 4],
@@ -30,7 +29,7 @@ enum Shape {
     },
     Disk {
         center: DVec3,
-        normal: DVec3,
+        frame: Frame,
         radius: f64,
     },
     Sphere {
@@ -38,9 +37,11 @@ enum Shape {
         radius: f64,
     },
     Directional {
-        axis: DVec3,
-        /// Half the angle in which it is seen.
-        half: f64,
+        frame: Frame,
+        /// Of half the angle in which it is seen.
+        sin: f64,
+        one_minus_cos: f64,
+        factor: f64,
     },
     Point {
         position: DVec3,
@@ -65,16 +66,23 @@ impl SampledLight {
             }
             LightShape::Disk { center, normal, radius } => Shape::Disk {
                 center: center.as_dvec3(),
-                normal: normal.as_dvec3().normalize(),
+                frame: Frame::new(normal.as_dvec3().normalize()),
                 radius: radius.into(),
             },
             LightShape::Sphere { center, radius } => {
                 Shape::Sphere { center: center.as_dvec3(), radius: radius.into() }
             }
-            LightShape::Directional { direction, angular_diameter_degrees } => Shape::Directional {
-                axis: -direction.as_dvec3().normalize(),
-                half: 0.5 * f64::from(angular_diameter_degrees.max(0.0)).to_radians(),
-            },
+            LightShape::Directional { direction, angular_diameter_degrees } => {
+                let half = 0.5 * f64::from(angular_diameter_degrees.max(0.0)).to_radians();
+                Shape::Directional {
+                    frame: Frame::new(-direction.as_dvec3().normalize()),
+                    sin: half.sin(),
+                    one_minus_cos: 2.0 * (0.5 * half).sin().powi(2),
+                    // Strength is the irradiance of a surface that faces the light: radiance times the
+                    // projected solid angle, pi sin^2. Solid angle over that is this factor.
+                    factor: 2.0 / (1.0 + half.cos()),
+                }
+            }
             LightShape::Point { position } => Shape::Point { position: position.as_dvec3() },
         };
         Self { shape, by_area }
@@ -105,11 +113,12 @@ impl SampledLight {
                 let parallelogram = Kind::Parallelogram { corner: corners[0], edges, area, plane };
                 (by_angle.map_or(parallelogram, Kind::Rectangle), dark)
             }
-            Shape::Disk { center, normal, radius } => {
+            Shape::Disk { center, frame, radius } => {
+                let [_, _, normal] = frame.axes();
                 let mut plane = Plane::new(normal, origin, &[center]);
                 plane.reach += radius;
                 let dark = plane.height <= 0.0 || below(&[center], radius);
-                (Kind::Disk { center, radius, frame: Frame::new(normal), plane }, dark)
+                (Kind::Disk { center, radius, frame, plane }, dark)
             }
             Shape::Sphere { center, radius } => {
                 let (to_center, distance) = ((center - origin), (center - origin).length());
@@ -126,13 +135,10 @@ impl SampledLight {
                 };
                 (kind, dark)
             }
-            Shape::Directional { axis, half } => {
-                let one_minus_cos = 2.0 * (0.5 * half).sin().powi(2);
-                // Strength is the irradiance of a surface that faces the light: radiance times the
-                // projected solid angle, pi sin^2. Solid angle over that is this factor.
-                let factor = 2.0 / (1.0 + half.cos());
-                let dark = axis.dot(surface.normal) < -half.sin() - 1e-9;
-                (Kind::Directional { frame: Frame::new(axis), one_minus_cos, factor }, dark)
+            Shape::Directional { frame, sin, one_minus_cos, factor } => {
+                let [_, _, axis] = frame.axes();
+                let dark = axis.dot(surface.normal) < -sin - 1e-9;
+                (Kind::Directional { frame, one_minus_cos, factor }, dark)
             }
             Shape::Point { position } => (Kind::Point { position }, below(&[position], 0.0)),
         };

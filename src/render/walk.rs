@@ -203,8 +203,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What points the samples of a class are made from, and how far its rays go: to the end of those to a point of a
-    /// light.
+    /// What points the samples of a class are made from, and how far its rays go; 1 where they end at a
+    /// point of a light.
     pub(super) fn dimension(&self, class: usize) -> (Dimension, f32) {
         let Plan { settings, classes, .. } = self.plan;
         match classes[class].class {
