@@ -4,6 +4,7 @@
 pub mod error;
 pub mod geometry;
 pub mod output;
+mod processor;
 pub mod ray;
 pub mod ray_set;
 mod vectorized;

@@ -2,32 +2,9 @@
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
 use super::simd::{LANES, Simd, Vector, numbers};
+pub(super) use crate::processor::Avx2;
 use crate::ray::Ray;
 use std::arch::x86_64::*;
-
-/// Shows that the processor has the instructions: made by [`detect`](Self::detect) alone.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Avx2(());
-
-impl Avx2 {
-    /// `None` where the processor lacks one of them.
-    pub(super) fn detect() -> Option<Self> {
-        let all = is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt");
-        all.then_some(Self(()))
-    }
-}
-
-/// # Safety
-/// The processor has these features.
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn enabled<R>(work: impl FnOnce() -> R) -> R {
-    work()
-}
 
 /// Calls an intrinsic of AVX2 or FMA without memory operands.
 macro_rules! avx2 {
@@ -43,8 +20,7 @@ impl Vector for Avx2 {
 
     #[inline(always)]
     fn run<R>(self, work: impl FnOnce() -> R) -> R {
-        // SAFETY: `self` shows that the processor has the features.
-        unsafe { enabled(work) }
+        Self::run(self, work)
     }
     #[inline(always)]
     fn splat(self, value: f32) -> __m256 {

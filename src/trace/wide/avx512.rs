@@ -1,33 +1,10 @@
 //! The operations on groups of sixteen rays of x86-64 processors with AVX-512.
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
-use super::avx2::Avx2;
 use super::rays::Row;
 use super::simd::{Vector, Wide};
+pub(super) use crate::processor::Avx512;
 use std::arch::x86_64::*;
-
-/// Shows that the processor has AVX-512F, BW, DQ and VL, besides all of [`Avx2`]'s instructions:
-/// made by [`detect`](Self::detect) alone.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Avx512(());
-
-impl Avx512 {
-    /// `None` where the processor lacks one of them.
-    pub(super) fn detect() -> Option<(Avx2, Self)> {
-        let all = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512bw")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512vl");
-        Avx2::detect().filter(|_| all).map(|avx2| (avx2, Self(())))
-    }
-}
-
-/// # Safety
-/// The processor has these features.
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
-unsafe fn enabled<R>(work: impl FnOnce() -> R) -> R {
-    work()
-}
 
 /// Calls an intrinsic of AVX-512 without memory operands.
 macro_rules! avx512 {
@@ -43,8 +20,7 @@ impl Vector for Avx512 {
 
     #[inline(always)]
     fn run<R>(self, work: impl FnOnce() -> R) -> R {
-        // SAFETY: `self` shows that the processor has the features.
-        unsafe { enabled(work) }
+        Self::run(self, work)
     }
     #[inline(always)]
     fn splat(self, value: f32) -> __m512 {

@@ -24,13 +24,14 @@ use super::NoCount;
 use super::packet::PacketCounter;
 use crate::geometry::TriangleMesh;
 use crate::intersect::{Mode, Stage};
+use crate::processor;
 use crate::ray::{Hit, Ray, VisitCounts};
 use crate::trace::shaft::Entry;
 use crate::tree::{Bvh8, Node8};
 use occluders::Occluders;
 use octants::places_by_octant;
 use rays::{NOBODY, Numbers, Rays, STREAM, Target};
-use simd::{Portable, Simd, Vector, Wide};
+use simd::{Portable, Simd, Wide};
 use stream::{Stack, Start, Trees, Triangles};
 use two_level::Levels;
 
@@ -55,7 +56,7 @@ impl Instructions {
 
     /// The best that this processor has, unless the environment says `SATO_PORTABLE=1`.
     pub fn detect() -> Self {
-        if std::env::var_os("SATO_PORTABLE").is_some_and(|value| value == "1") {
+        if processor::is_portable_wanted() {
             return Self::PORTABLE;
         }
         Self::all().pop().unwrap_or(Self::PORTABLE)
