@@ -26,6 +26,15 @@ pub struct SharedTrees {
     kd: List<Splits, KdTree>,
 }
 
+/// Refuses meshes that are larger than the layout of trees can hold.
+pub(super) fn check_size(mesh: &TriangleMesh) -> Result<(), String> {
+    let (count, most) = (mesh.len(), ChildRef::MAX_TRIANGLES);
+    if count <= most {
+        return Ok(());
+    }
+    Err(format!("{count} triangles are more than the {most} that a tree can hold"))
+}
+
 /// The trees built so far, by what tells them apart.
 type List<K, T> = Mutex<Vec<(K, Arc<Built<T>>)>>;
 
@@ -44,13 +53,7 @@ impl SharedTrees {
         builder: &'static BuilderEntry,
         leaves: Leaves,
     ) -> Result<Arc<Built<Bvh2>>, String> {
-        if self.mesh.len() > ChildRef::MAX_TRIANGLES {
-            return Err(format!(
-                "{} triangles are more than the {} that a tree can hold",
-                self.mesh.len(),
-                ChildRef::MAX_TRIANGLES
-            ));
-        }
+        check_size(&self.mesh)?;
         shared(&self.bvh2, (builder.name, leaves), || Ok((builder.build)(&self.mesh, leaves)))
     }
 

@@ -3,6 +3,7 @@
 mod binned;
 mod clip;
 mod collapse;
+mod in_parts;
 pub mod kd_sah;
 mod object_split;
 mod small;
@@ -12,6 +13,7 @@ mod top_down;
 
 pub use collapse::{WideCosts, collapse};
 pub(crate) use collapse::{WideScores, collapse_and_keep};
+pub use in_parts::{BuiltInParts, PartOrder};
 pub use small::{MOST_SMALL, small_tree};
 
 use crate::geometry::TriangleMesh;
@@ -26,6 +28,9 @@ pub struct BuilderEntry {
     pub about: &'static str,
     /// Builds on the current rayon pool. The tree is the same for any number of threads.
     pub build: fn(&TriangleMesh, Leaves) -> Bvh2,
+    /// Builds an eight-wide tree without a binary one of all triangles, likewise; `None` where that has
+    /// to be collapsed.
+    pub in_parts: Option<fn(&TriangleMesh, PartOrder) -> BuiltInParts>,
 }
 
 /// Where a builder ends.

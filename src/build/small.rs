@@ -5,7 +5,7 @@
 //! Surface-Area Traversal Order for Shadow Ray Tracing", Computer Graphics Forum 33(6), 2014).
 
 use super::WideCosts;
-use super::object_split::{Extent, Reference, Split, best_split, halve};
+use super::object_split::{Extent, Reference, Set, Split};
 use super::top_down::{TRAVERSAL_COST, half_area};
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
 use crate::tree::{
@@ -28,18 +28,17 @@ pub const MOST_SMALL: usize = 4096;
 pub fn small_tree(mesh: &TriangleMesh, ids: &[u32], score: ScoreAtSplit) -> Bvh8 {
     debug_assert!(ids.len() <= MOST_SMALL);
     SCRATCH.with_borrow_mut(|scratch| {
-        let Scratch { references, room, output } = scratch;
+        let Scratch { references, output } = scratch;
         references.clear();
         references
             .extend(ids.iter().map(|&id| Reference::new(&mesh.triangle(id as usize).bounds(), id)));
-        room.clone_from(references);
         output.nodes.clear();
         output.triangle_ids.clear();
         output.leaves.resize(output.leaves.len().max(ids.len() * LEAF_ROWS), 0.0);
         let extent = Extent::of(references);
         let bounds = if ids.is_empty() { Aabb::EMPTY } else { extent.bounds() };
         let root = (!ids.is_empty())
-            .then(|| Builder { mesh, score, output }.grow(Set { references, room, extent }, 0));
+            .then(|| Builder { mesh, score, output }.grow(Set::new(references, extent), 0));
         let Output { nodes, leaves, triangle_ids } = output;
         let mut own_leaves = Vec::with_capacity(ids.len() * LEAF_ROWS + WIDTH);
         own_leaves.extend_from_slice(&leaves[..ids.len() * LEAF_ROWS]);
@@ -59,7 +58,6 @@ pub fn small_tree(mesh: &TriangleMesh, ids: &[u32], score: ScoreAtSplit) -> Bvh8
 #[derive(Default)]
 struct Scratch {
     references: Vec<Reference>,
-    room: Vec<Reference>,
     output: Output,
 }
 
@@ -74,13 +72,6 @@ struct Output {
     /// Room for the leaves of all triangles.
     leaves: Vec<f32>,
     triangle_ids: Vec<u32>,
-}
-
-/// Some triangles, and as much room for them to be divided into.
-struct Set<'a> {
-    references: &'a mut [Reference],
-    room: &'a mut [Reference],
-    extent: Extent,
 }
 
 struct Builder<'a> {
@@ -98,60 +89,28 @@ enum Fate {
     Halves,
 }
 
-impl<'a> Set<'a> {
-    /// What is best for it, where two sets in its place cost `more` besides.
-    fn fate(&self, depth: usize, more: f32) -> Fate {
-        let count = self.references.len();
-        if count <= ALWAYS_LEAF {
-            return Fate::Leaf;
-        }
-        let split = (depth < DEEPEST_BY_COST).then(|| best_split(self.references, &self.extent));
-        let split = split.flatten();
-        if count > MAX_WIDE_LEAF {
-            return split.map_or(Fate::Halves, Fate::Split);
-        }
-        let Some(split) = split else { return Fate::Leaf };
-        let WideCosts { leaf, triangle } = WideCosts::default();
-        let area = self.area();
-        let as_leaf = WideCosts::default().leaf(count) * area;
-        // The split's own cost is the area of each side times its triangles, and that of the whole.
-        let areas: f32 = split.bounds().iter().map(half_area).sum();
-        let as_two = leaf * areas + triangle * (split.cost - TRAVERSAL_COST * area);
-        if as_leaf <= as_two + more { Fate::Leaf } else { Fate::Split(split) }
+/// What is best for a set, where two sets in its place cost `more` besides.
+fn fate(set: &Set<'_>, depth: usize, more: f32) -> Fate {
+    let count = set.references.len();
+    if count <= ALWAYS_LEAF {
+        return Fate::Leaf;
     }
+    let split = (depth < DEEPEST_BY_COST).then(|| set.best_split()).flatten();
+    if count > MAX_WIDE_LEAF {
+        return split.map_or(Fate::Halves, Fate::Split);
+    }
+    let Some(split) = split else { return Fate::Leaf };
+    let WideCosts { leaf, triangle } = WideCosts::default();
+    let area = area(set);
+    let as_leaf = WideCosts::default().leaf(count) * area;
+    // The split's own cost is the area of each side times its triangles, and that of the whole.
+    let areas: f32 = split.bounds().iter().map(half_area).sum();
+    let as_two = leaf * areas + triangle * (split.cost - TRAVERSAL_COST * area);
+    if as_leaf <= as_two + more { Fate::Leaf } else { Fate::Split(split) }
+}
 
-    /// The two sides.
-    fn split(self, split: &Split) -> [Self; 2] {
-        let Self { references, room, .. } = self;
-        let (middle, extents) = split.divide(references, room);
-        Self::cut(room, references, middle, extents)
-    }
-
-    fn halve(self) -> [Self; 2] {
-        let Self { references, room, extent } = self;
-        let middle = halve(references, &extent.bounds());
-        let extents = [&references[..middle], &references[middle..]].map(Extent::of);
-        Self::cut(references, room, middle, extents)
-    }
-
-    fn cut(
-        references: &'a mut [Reference],
-        room: &'a mut [Reference],
-        middle: usize,
-        extents: [Extent; 2],
-    ) -> [Self; 2] {
-        let (lower, upper) = references.split_at_mut(middle);
-        let (lower_room, upper_room) = room.split_at_mut(middle);
-        let [lower_extent, upper_extent] = extents;
-        [
-            Self { references: lower, room: lower_room, extent: lower_extent },
-            Self { references: upper, room: upper_room, extent: upper_extent },
-        ]
-    }
-
-    fn area(&self) -> f32 {
-        half_area(&self.extent.bounds())
-    }
+fn area(set: &Set<'_>) -> f32 {
+    half_area(&set.bounds())
 }
 
 impl Builder<'_> {
@@ -161,16 +120,16 @@ impl Builder<'_> {
         if set.references.len() <= MAX_WIDE_LEAF {
             return self.leaf(&set);
         }
-        let sides = match set.fate(depth, set.area()) {
+        let sides = match fate(&set, depth, area(&set)) {
             Fate::Leaf => return self.leaf(&set),
-            Fate::Split(split) => set.split(&split),
+            Fate::Split(split) => set.divide(&split),
             Fate::Halves => set.halve(),
         };
         let mut children: [Option<Set<'_>>; WIDTH] = [const { None }; WIDTH];
         let mut areas = [0.0; WIDTH];
         let mut len = 0;
         for side in sides {
-            areas[len] = side.area();
+            areas[len] = area(&side);
             children[len] = Some(side);
             len += 1;
         }
@@ -178,17 +137,17 @@ impl Builder<'_> {
             // Those that stay as they are have no area here.
             let largest = (0..len).fold(0, |best, i| if areas[i] > areas[best] { i } else { best });
             let Some(set) = children[largest].take_if(|_| areas[largest] > 0.0) else { break };
-            let sides = match set.fate(depth, 0.0) {
+            let sides = match fate(&set, depth, 0.0) {
                 Fate::Leaf => {
                     areas[largest] = 0.0;
                     children[largest] = Some(set);
                     continue;
                 }
-                Fate::Split(split) => set.split(&split),
+                Fate::Split(split) => set.divide(&split),
                 Fate::Halves => set.halve(),
             };
             for (slot, side) in [largest, len].into_iter().zip(sides) {
-                areas[slot] = side.area();
+                areas[slot] = area(&side);
                 children[slot] = Some(side);
             }
             len += 1;

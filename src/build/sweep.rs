@@ -4,7 +4,7 @@
 //! each axis; splits keep the lists sorted, so all of it takes O(N log N).
 
 use super::top_down::{TRAVERSAL_COST, half_area};
-use super::{BuilderEntry, Leaves, ordered, top_down};
+use super::{BuilderEntry, Leaves, in_parts, ordered, top_down};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::tree::Bvh2;
 use rayon::prelude::*;
@@ -13,12 +13,18 @@ pub(super) static ENTRY: BuilderEntry = BuilderEntry {
     name: "sweep",
     about: "top-down by surface-area heuristic at every centre, without bins",
     build,
+    in_parts: Some(|mesh, order| with_root(mesh, |root| in_parts::build(mesh, root, order))),
 };
 
 /// Parts whose axes are worth a thread each.
 const PARALLEL_AXES: usize = 1 << 14;
 
 fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
+    with_root(mesh, |root| top_down::build(mesh, root, leaves))
+}
+
+/// Gives `build` the set of all triangles; `None` of an empty mesh.
+fn with_root<R>(mesh: &TriangleMesh, build: impl FnOnce(Option<Part<'_>>) -> R) -> R {
     let boxes: Vec<Aabb> =
         (0..mesh.len()).into_par_iter().map(|i| mesh.triangle(i).bounds()).collect();
     let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
@@ -28,8 +34,7 @@ fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
     let [scratch_x, scratch_y, scratch_z] = &mut scratch;
     let axes = [(x, scratch_x), (y, scratch_y), (z, scratch_z)];
     let axes = axes.map(|(ids, scratch)| List { ids, scratch });
-    let root = (!mesh.is_empty()).then_some(Part { boxes: &boxes, axes, bounds });
-    top_down::build(mesh, root, leaves)
+    build((!mesh.is_empty()).then_some(Part { boxes: &boxes, axes, bounds }))
 }
 
 /// Sorts triangles along an axis by their centres, then by index.

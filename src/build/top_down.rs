@@ -28,6 +28,9 @@ pub(super) trait Part: Sized + Send {
     /// How to split it.
     type Split;
 
+    /// Where leaves are tested at once, sets of so many are leaves without a look for a split.
+    const ALWAYS_WIDE_LEAF: usize = 1;
+
     /// Number of references.
     fn count(&self) -> usize;
 
@@ -97,23 +100,34 @@ struct Grown {
     count: usize,
 }
 
-fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place, leaves: Leaves) -> Grown {
-    let (count, bounds) = (part.count(), part.bounds());
-    if count == 1 {
-        return leaf(part.triangle_ids(), count, bounds, room, place);
+/// What becomes of a set.
+pub(super) enum Fate<P> {
+    Leaf(P),
+    /// A leaf, which is known only now that the set has been divided.
+    LeafOf([P; 2]),
+    Sides([P; 2]),
+}
+
+/// Decides on a set with `depth` inner nodes above it, and divides it.
+#[inline]
+pub(super) fn fate<P: Part>(mut part: P, depth: usize, leaves: Leaves) -> Fate<P> {
+    let count = part.count();
+    if count == 1 || leaves == Leaves::Wide && count <= P::ALWAYS_WIDE_LEAF {
+        return Fate::Leaf(part);
     }
+    let bounds = part.bounds();
     // From here on halving must lead to leaves before the depth runs out.
-    let must_halve = MAX_DEPTH - place.depth <= count.ilog2() as usize + 1;
+    let must_halve = MAX_DEPTH - depth <= count.ilog2() as usize + 1;
     let may_be_leaf = count <= MAX_SAH_LEAF && leaves != Leaves::Single;
     let best = if must_halve { None } else { part.best_split() };
     let sides = match best {
         Some((split, cost)) => {
             if leaves == Leaves::Fit && may_be_leaf && count as f32 * half_area(&bounds) <= cost {
-                return leaf(part.triangle_ids(), count, bounds, room, place);
+                return Fate::Leaf(part);
             }
             part.divide(split)
         }
-        None if may_be_leaf => return leaf(part.triangle_ids(), count, bounds, room, place),
+        None if may_be_leaf => return Fate::Leaf(part),
         None => part.halve(),
     };
     // Where triangles were cut, the whole is no longer at hand.
@@ -122,10 +136,22 @@ fn grow<P: Part>(mut part: P, room: Room<'_>, place: Place, leaves: Leaves) -> G
         let cost = |part: &P| WideCosts::default().leaf(part.count()) * half_area(&part.bounds());
         let whole = WideCosts::default().leaf(count) * half_area(&bounds);
         if whole <= cost(&sides[0]) + cost(&sides[1]) {
+            return Fate::LeafOf(sides);
+        }
+    }
+    Fate::Sides(sides)
+}
+
+fn grow<P: Part>(part: P, room: Room<'_>, place: Place, leaves: Leaves) -> Grown {
+    let (count, bounds) = (part.count(), part.bounds());
+    let sides = match fate(part, place.depth, leaves) {
+        Fate::Leaf(part) => return leaf(part.triangle_ids(), count, bounds, room, place),
+        Fate::LeafOf(sides) => {
             let ids = sides.iter().flat_map(P::triangle_ids);
             return leaf(ids, count, bounds, room, place);
         }
-    }
+        Fate::Sides(sides) => sides,
+    };
     let middle = sides[0].capacity();
     let (node, below) = room.nodes.split_first_mut().expect("a part owns capacity - 1 nodes");
     let (lower_nodes, upper_nodes) = below.split_at_mut(middle - 1);

@@ -24,7 +24,7 @@ pub(crate) use upkeep::{DependsOn, KeptOrder};
 
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::ray_set::RaySet;
-use crate::tree::{Bvh2, KdTree, Node2, NodeBits, Plan, ScoreAtSplit};
+use crate::tree::{Bvh2, KdTree, Node2, NodeBits, PartSummary, Plan, ScoreAtSplit, ScorePart};
 use rayon::prelude::*;
 
 /// One traversal order.
@@ -48,6 +48,9 @@ pub struct OrderEntry {
     /// each of its nodes, the largest of siblings to come first; `None` where the order is none
     /// between more than two.
     pub scores: Option<fn(&Bvh2, &OrderContext<'_>) -> Scores>,
+    /// The same scores part by part, for trees of which the whole is never there; `None` where they
+    /// depend on more than what lies below.
+    pub score_part: Option<ScorePart>,
     /// The score of a child by what is known when its parent is split, its box and its triangles: for
     /// trees that are built where rays come by, where nothing is known of what lies below.
     pub at_split: Option<ScoreAtSplit>,
@@ -109,6 +112,17 @@ fn second_where(tree: &Bvh2, second_first: impl Fn(usize, &Node2) -> bool + Sync
 fn score_each(tree: &Bvh2, score: impl Fn(usize, &Node2, usize) -> f64 + Sync) -> Scores {
     let nodes = tree.nodes.par_iter().with_min_len(8192).enumerate();
     nodes.map(|(index, node)| [0, 1].map(|side| score(index, node, side))).collect()
+}
+
+/// As [`score_each`], of a part: see [`ScorePart`].
+fn score_each_of_part(
+    tree: &Bvh2,
+    scores: &mut Vec<[f64; 2]>,
+    score: impl Fn(&Node2, usize) -> f64,
+) -> PartSummary {
+    scores.clear();
+    scores.extend(tree.nodes.iter().map(|node| [0, 1].map(|side| score(node, side))));
+    PartSummary::default()
 }
 
 #[cfg(test)]

@@ -12,5 +12,6 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: Some(|_, _| Plan::Near),
     scores: None,
+    score_part: None,
     at_split: None,
 };

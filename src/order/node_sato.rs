@@ -2,7 +2,7 @@
 //! Computer Graphics Forum 33(6), 2014): the child with the larger surface area first. In trees
 //! built by the surface-area heuristic it is the likelier one to hold large occluders.
 
-use super::{DependsOn, OrderEntry, kd, score_each};
+use super::{DependsOn, OrderEntry, kd, score_each, score_each_of_part};
 use crate::geometry::Aabb;
 use crate::tree::{Node2, Plan};
 
@@ -15,6 +15,9 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     box_score: Some(Aabb::half_area),
     plan_kd: Some(kd::node_sato),
     scores: Some(|tree, _| score_each(tree, |_, node, side| node.bounds[side].half_area())),
+    score_part: Some(|tree, _, scores| {
+        score_each_of_part(tree, scores, |node, side| node.bounds[side].half_area())
+    }),
     at_split: Some(|_, bounds, _| bounds.half_area()),
 };
 

@@ -4,12 +4,12 @@
 //! figures come from areas, not from recorded rays. Both children's boxes are tested at once, so
 //! testing them costs nothing extra.
 
-use super::bottom_up::{BottomUp, bottom_up, scores};
+use super::bottom_up::{BottomUp, bottom_up, score_part, scores};
 use super::rtsah::{Shares, between};
 use super::upkeep::keep;
 use super::{DependsOn, OrderEntry, Scores};
 use crate::geometry::{Aabb, Triangle};
-use crate::tree::{Bvh2, Node2, NodeBits, Plan};
+use crate::tree::{Bvh2, Node2, NodeBits, PartSummary, Plan};
 
 pub(super) static ENTRY: OrderEntry = OrderEntry {
     name: "p-over-c",
@@ -20,11 +20,16 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: None,
     scores: Some(|tree, _| scores_of(tree)),
+    score_part: Some(|tree, below, scores| score_part(tree, below, &StopOverCost, score, scores)),
     at_split: None,
 };
 
 pub(super) fn scores_of(tree: &Bvh2) -> Scores {
-    scores(tree, &StopOverCost, |_, _, below| below.stop / below.cost)
+    scores(tree, &StopOverCost, score)
+}
+
+fn score(_: &Node2, _: usize, below: &Summary) -> f64 {
+    below.stop / below.cost
 }
 
 pub(super) fn second_first(tree: &Bvh2) -> NodeBits {
@@ -38,6 +43,18 @@ struct Summary {
     stop: f64,
     /// Nodes visited.
     cost: f64,
+}
+
+impl From<PartSummary> for Summary {
+    fn from([stop, cost]: PartSummary) -> Self {
+        Self { stop, cost }
+    }
+}
+
+impl From<Summary> for PartSummary {
+    fn from(summary: Summary) -> Self {
+        [summary.stop, summary.cost]
+    }
 }
 
 struct StopOverCost;

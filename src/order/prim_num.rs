@@ -5,7 +5,7 @@
 //! sorts likewise. The paper does not say which way round for hierarchies of boxes, so the other
 //! one is here too.
 
-use super::{DependsOn, OrderEntry, kd, score_each, second_where};
+use super::{DependsOn, OrderEntry, kd, score_each, score_each_of_part, second_where};
 use crate::tree::Plan;
 
 pub(super) static FEWEST: OrderEntry = OrderEntry {
@@ -17,6 +17,9 @@ pub(super) static FEWEST: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: Some(kd::prim_num),
     scores: Some(|tree, _| score_each(tree, |_, node, side| -f64::from(node.counts[side]))),
+    score_part: Some(|tree, _, scores| {
+        score_each_of_part(tree, scores, |node, side| -f64::from(node.counts[side]))
+    }),
     at_split: Some(|_, _, triangles| -(triangles.len() as f64)),
 };
 
@@ -29,5 +32,8 @@ pub(super) static MOST: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: Some(kd::prim_num_most),
     scores: Some(|tree, _| score_each(tree, |_, node, side| f64::from(node.counts[side]))),
+    score_part: Some(|tree, _, scores| {
+        score_each_of_part(tree, scores, |node, side| f64::from(node.counts[side]))
+    }),
     at_split: Some(|_, _, triangles| triangles.len() as f64),
 };

@@ -2,11 +2,11 @@
 //! Graphics Forum 33(6), 2014): the child whose triangles are larger first, by their mean area or
 //! by the largest one. Areas are those of whole triangles.
 
-use super::bottom_up::{BottomUp, bottom_up, scores};
+use super::bottom_up::{BottomUp, bottom_up, score_part, scores};
 use super::upkeep::keep;
 use super::{DependsOn, OrderEntry, Scores, kd};
 use crate::geometry::{Aabb, Triangle};
-use crate::tree::{Bvh2, Node2, Plan};
+use crate::tree::{Bvh2, Node2, PartSummary, Plan};
 
 pub(super) static MEAN: OrderEntry = OrderEntry {
     name: "prim-sato-avg",
@@ -17,6 +17,7 @@ pub(super) static MEAN: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: Some(kd::prim_sato_average),
     scores: Some(|tree, _| score(tree, Areas::mean)),
+    score_part: Some(|tree, below, scores| part(tree, below, scores, Areas::mean)),
     at_split: Some(|mesh, _, triangles| {
         let count = triangles.len() as f64;
         triangles.map(|id| mesh.triangle(id as usize).area()).sum::<f64>() / count
@@ -32,6 +33,7 @@ pub(super) static LARGEST: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: Some(kd::prim_sato_max),
     scores: Some(|tree, _| score(tree, Areas::largest)),
+    score_part: Some(|tree, below, scores| part(tree, below, scores, Areas::largest)),
     at_split: Some(|mesh, _, triangles| {
         triangles.map(|id| mesh.triangle(id as usize).area()).fold(0.0, f64::max)
     }),
@@ -46,11 +48,33 @@ fn score<F: Fn(&Areas, u32) -> f64 + Sync + Copy>(tree: &Bvh2, key: F) -> Scores
     scores(tree, &ByTriangleArea { key }, of_child)
 }
 
+fn part<F: Fn(&Areas, u32) -> f64 + Sync + Copy>(
+    tree: &Bvh2,
+    below: Option<&[PartSummary]>,
+    scores: &mut Vec<[f64; 2]>,
+    key: F,
+) -> PartSummary {
+    let of_child = |node: &Node2, side: usize, areas: &Areas| key(areas, node.counts[side]);
+    score_part(tree, below, &ByTriangleArea { key }, of_child, scores)
+}
+
 /// Areas of the triangles of a subtree.
 #[derive(Clone, Copy, Default)]
 struct Areas {
     sum: f64,
     largest: f64,
+}
+
+impl From<PartSummary> for Areas {
+    fn from([sum, largest]: PartSummary) -> Self {
+        Self { sum, largest }
+    }
+}
+
+impl From<Areas> for PartSummary {
+    fn from(areas: Areas) -> Self {
+        [areas.sum, areas.largest]
+    }
 }
 
 impl Areas {

@@ -15,6 +15,7 @@ pub(super) static ENTRY: OrderEntry = OrderEntry {
     scores: Some(|tree, context| {
         score_each(tree, |index, _, side| hash(context.seed, (2 * index + side) as u64) as f64)
     }),
+    score_part: None,
     at_split: None,
 };
 

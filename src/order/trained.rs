@@ -24,6 +24,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: None,
     scores: None,
+    score_part: None,
     at_split: None,
 };
 
@@ -36,6 +37,7 @@ pub(super) static BY_RATIO: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: None,
     scores: Some(scores),
+    score_part: None,
     at_split: None,
 };
 

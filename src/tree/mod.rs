@@ -21,6 +21,15 @@ use crate::geometry::{Aabb, TriangleMesh};
 /// with larger scores come first.
 pub type ScoreAtSplit = fn(&TriangleMesh, &Aabb, &mut dyn ExactSizeIterator<Item = u32>) -> f64;
 
+/// What an order knows of a part of a tree when it goes on with what lies above: numbers that mean
+/// something to that order alone.
+pub type PartSummary = [f64; 2];
+
+/// Sets for each node of a part of a binary tree the scores of its two children, on one thread, and
+/// returns what to know of the part. Where summaries are given the part is the top of a tree: each of
+/// its leaves stands for a part below, and its slot is the index of that part's summary.
+pub type ScorePart = fn(&Bvh2, Option<&[PartSummary]>, &mut Vec<[f64; 2]>) -> PartSummary;
+
 /// How an any-hit kernel chooses between two children that the ray meets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Plan {

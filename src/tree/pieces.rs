@@ -116,16 +116,19 @@ impl Pieces {
     }
 }
 
-/// For each of `ranges`, which are in order and without overlap, its part of `items`.
+/// For each of `ranges`, which do not overlap, its part of `items`.
 pub(crate) fn split_by<'a, T>(ranges: &[Range<usize>], mut items: &'a mut [T]) -> Vec<&'a mut [T]> {
+    let mut in_order: Vec<usize> = (0..ranges.len()).collect();
+    in_order.sort_by_key(|&index| ranges[index].start);
+    let mut parts: Vec<&'a mut [T]> = ranges.iter().map(|_| Default::default()).collect();
     let mut first = 0;
-    let mut part = |range: &Range<usize>| {
+    for index in in_order {
+        let range = &ranges[index];
         let (_, rest) = std::mem::take(&mut items).split_at_mut(range.start - first);
-        let (part, rest) = rest.split_at_mut(range.len());
-        (items, first) = (rest, range.end);
-        part
-    };
-    ranges.iter().map(&mut part).collect()
+        (parts[index], items) = rest.split_at_mut(range.len());
+        first = range.end;
+    }
+    parts
 }
 
 /// Sets `steps` to the nodes of a subtree whose root has `depth` nodes above it, each before its
@@ -142,7 +145,7 @@ pub(crate) fn downwards(nodes: &[impl Inner], first: usize, depth: u8, steps: &m
     }
 }
 
-/// For each subtree the slots of its triangles, of a tree whose leaves lie in depth-first order too.
+/// For each subtree the slots of its triangles, of a tree where those lie together.
 pub(crate) fn slots_of(nodes: &[impl Inner], pieces: &Pieces) -> Vec<Range<usize>> {
     let slots = |subtree: &Range<usize>| {
         let children = nodes[subtree.clone()].iter().flat_map(Inner::children);

@@ -3,20 +3,22 @@
 mod moving;
 
 use super::catalogue::BackendEntry;
+use super::following::timed;
+use super::shared_trees::{Built, check_size};
 use super::{
     Accelerator, BackendSpec, BuildContext, BuildStats, Choice, Hints, Key, following, mode,
 };
+use crate::build::{self, BuilderEntry, BuiltInParts, Leaves, PartOrder, WideCosts};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::Mode;
-use crate::order::{self, OrderContext};
+use crate::order::{self, OrderContext, OrderEntry};
 use crate::ray::{Hit, Ray, RayBatch, VisitCounts};
 use crate::trace::shaft::{self, Budget, Entry, Shaft, View, WithMesh};
 use crate::trace::wide::{self, Instructions, Query, Scratch, Structure, Way};
-use crate::tree::Bvh8;
-use crate::{Error, Result, build};
+use crate::tree::{Bvh2, Bvh8};
+use crate::{Error, Result};
 use std::cell::RefCell;
 use std::sync::Arc;
-use std::time::Instant;
 
 pub(super) static ENTRY: BackendEntry = BackendEntry {
     name: "bvh8",
@@ -76,6 +78,34 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
+fn error(spec: &BackendSpec, message: String) -> Error {
+    Error::Backend { backend: spec.to_string(), message }
+}
+
+/// A tree, and what building it took without the order, in milliseconds: part by part if builder and
+/// order can, else from the binary tree that `binary` gives.
+fn wide_tree(
+    builder: &BuilderEntry,
+    order: &OrderEntry,
+    context: &OrderContext<'_>,
+    keeps_scores: bool,
+    binary: impl FnOnce() -> Result<Arc<Built<Bvh2>>>,
+) -> Result<(BuiltInParts, f64)> {
+    if let Some((in_parts, score)) = builder.in_parts.zip(order.score_part) {
+        let order = PartOrder { score, keeps_scores };
+        let (built, all_ms) = timed(|| in_parts(context.mesh, order));
+        let build_ms = all_ms - built.order_ms;
+        return Ok((built, build_ms));
+    }
+    let binary = binary()?;
+    let scores = order.scores.expect("specs are checked");
+    let (scores, order_ms) = timed(|| scores(&binary.tree, context));
+    let score = |node: usize, side: usize| scores[node][side];
+    let ((tree, scores), wide_ms) =
+        timed(|| build::collapse_and_keep(&binary.tree, WideCosts::default(), score, keeps_scores));
+    Ok((BuiltInParts { tree, scores, order_ms }, binary.build_ms + wide_ms))
+}
+
 struct Bvh8Backend {
     tree: Bvh8,
     mesh: Arc<TriangleMesh>,
@@ -88,26 +118,17 @@ struct Bvh8Backend {
 impl Bvh8Backend {
     fn new(spec: &BackendSpec, context: &BuildContext<'_>) -> Result<Self> {
         let builder = build::find(spec.value("builder")).expect("specs are checked");
-        let scores = order::find(spec.value("order")).and_then(|o| o.scores);
-        let scores = scores.expect("specs are checked");
-        let shared = context
-            .trees
-            .bvh2(builder, build::Leaves::Wide)
-            .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
-        let start = Instant::now();
-        let binary = &shared.tree;
-        let order_context = OrderContext {
-            mesh: &context.scene.mesh,
-            seed: context.seed,
-            training: context.training,
-        };
-        let scores = scores(binary, &order_context);
-        let ordered = Instant::now();
-        let tree =
-            build::collapse(binary, build::WideCosts::default(), |node, side| scores[node][side]);
-        let order_ms = (ordered - start).as_secs_f64() * 1e3;
-        let build_ms = shared.build_ms + start.elapsed().as_secs_f64() * 1e3 - order_ms;
+        let order = order::find(spec.value("order")).expect("specs are checked");
         let mesh = context.scene.mesh.clone();
+        check_size(&mesh).map_err(|message| error(spec, message))?;
+        let order_context =
+            OrderContext { mesh: &mesh, seed: context.seed, training: context.training };
+        let binary = || {
+            let shared = context.trees.bvh2(builder, Leaves::Wide);
+            shared.map_err(|message| error(spec, message))
+        };
+        let (BuiltInParts { tree, order_ms, .. }, build_ms) =
+            wide_tree(builder, order, &order_context, false, binary)?;
         Ok(Self::of(spec, tree, mesh, [build_ms, order_ms]))
     }
 
@@ -125,7 +146,7 @@ impl Bvh8Backend {
             memory_bytes: tree.memory_bytes(),
             inner_nodes: Some(tree.nodes.len() as u64),
             leaves: Some(tree.leaf_count() as u64),
-            sah_cost: None,
+            sah_cost: Some(WideCosts::default().sah_cost(&tree)),
             notes: vec![instructions.name().into()],
         };
         let way = way_of(spec);

@@ -1,17 +1,17 @@
 //! The eight-wide tree of a moving scene.
 
-use super::Bvh8Backend;
+use super::{Bvh8Backend, error, wide_tree};
+use crate::Result;
 use crate::backend::following::{Following, Follows, timed, upkeep_of};
+use crate::backend::shared_trees::{Built, check_size};
 use crate::backend::{
     Accelerator, BackendSpec, BuildContext, MovingAccelerator, TreeQuality, UpdateStats,
 };
-use crate::build::{self, BuilderEntry, Leaves, WideCosts, collapse_and_keep};
+use crate::build::{self, BuilderEntry, BuiltInParts, Leaves, WideCosts};
 use crate::dynamics::{Ranking, WideFollower};
 use crate::geometry::TriangleMesh;
 use crate::order::{self, OrderContext, OrderEntry};
 use crate::ray_set::RaySet;
-use crate::tree::Bvh2;
-use crate::{Error, Result};
 use std::sync::Arc;
 
 /// What does not change.
@@ -42,44 +42,33 @@ pub(super) fn build(
         seed: context.seed,
         training: context.training.cloned(),
     };
-    let shared = context
-        .trees
-        .bvh2(settings.builder, Leaves::Wide)
-        .map_err(|message| Error::Backend { backend: spec.to_string(), message })?;
     let ranking = Ranking { box_score: settings.order.box_score, upkeep: upkeep_of(spec) };
     let mesh = Arc::clone(&context.scene.mesh);
+    check_size(&mesh).map_err(|message| error(spec, message))?;
     let triangles = mesh.len();
-    let (backend, follower) = collapsed(&settings, &shared.tree, shared.build_ms, mesh);
+    let (backend, follower) = built(&settings, mesh);
     let tree = MovingBvh8 { settings, backend, follower, ranking };
     Ok(Box::new(Following::new(spec, tree, triangles)))
 }
 
-/// What a binary tree becomes that took `build_ms`.
-fn collapsed(
-    settings: &Settings,
-    binary: &Bvh2,
-    build_ms: f64,
-    mesh: Arc<TriangleMesh>,
-) -> (Bvh8Backend, WideFollower) {
-    let Settings { spec, order, seed, training, .. } = settings;
+/// Builds the tree of a frame, with what follows it.
+fn built(settings: &Settings, mesh: Arc<TriangleMesh>) -> (Bvh8Backend, WideFollower) {
+    let Settings { spec, builder, order, seed, training } = settings;
+    let keeps_scores = order.box_score.is_none();
     let context = OrderContext { mesh: &mesh, seed: *seed, training: training.as_ref() };
-    let scores = order.scores.expect("specs are checked");
-    let (scores, order_ms) = timed(|| scores(binary, &context));
-    let costs = WideCosts::default();
-    let ((tree, follower), wide_ms) = timed(|| {
-        let score = |node: usize, side: usize| scores[node][side];
-        let keeps_scores = order.box_score.is_none();
-        let (tree, kept) = collapse_and_keep(binary, costs, score, keeps_scores);
-        let follower = WideFollower::of(&tree, kept, costs);
-        (tree, follower)
-    });
-    (Bvh8Backend::of(spec, tree, mesh, [build_ms + wide_ms, order_ms]), follower)
+    let binary = || {
+        let (tree, build_ms) = timed(|| (builder.build)(&mesh, Leaves::Wide));
+        Ok(Arc::new(Built { tree, build_ms }))
+    };
+    let (BuiltInParts { tree, scores, order_ms }, tree_ms) =
+        wide_tree(builder, order, &context, keeps_scores, binary).expect("a binary tree is built");
+    let (follower, follower_ms) = timed(|| WideFollower::of(&tree, scores, WideCosts::default()));
+    (Bvh8Backend::of(spec, tree, mesh, [tree_ms + follower_ms, order_ms]), follower)
 }
 
 impl Follows for MovingBvh8 {
     fn rebuild(&mut self, mesh: Arc<TriangleMesh>) -> UpdateStats {
-        let (binary, build_ms) = timed(|| (self.settings.builder.build)(&mesh, Leaves::Wide));
-        (self.backend, self.follower) = collapsed(&self.settings, &binary, build_ms, mesh);
+        (self.backend, self.follower) = built(&self.settings, mesh);
         let stats = &self.backend.stats;
         UpdateStats {
             build_ms: stats.build_ms,

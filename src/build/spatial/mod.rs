@@ -13,7 +13,7 @@
 mod chop;
 
 use super::clip::clipped_bounds;
-use super::object_split::{self, Extent, Reference, references_to};
+use super::object_split::{self, Extent, Instructions, Reference, references_to};
 use super::top_down::half_area;
 use super::{BuilderEntry, Leaves, top_down};
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
@@ -25,6 +25,7 @@ pub(super) static ENTRY: BuilderEntry = BuilderEntry {
     name: "spatial",
     about: "as binned, but planes may cut triangles: better trees of large ones, more memory",
     build,
+    in_parts: None,
 };
 
 /// Planes are tried where the sides of the object split share more than this part of the root's
@@ -40,7 +41,8 @@ fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
     let (references, extent) = references_to(mesh);
     let bounds = extent.bounds();
     let least_overlap = if bounds.is_empty() { 0.0 } else { LEAST_OVERLAP * half_area(&bounds) };
-    let shared = Shared { triangles: &triangles, least_overlap };
+    let instructions = Instructions::detect();
+    let shared = Shared { instructions, triangles: &triangles, least_overlap };
     let room = ChildRef::MAX_TRIANGLES.saturating_sub(mesh.len());
     let budget = (mesh.len() * BUDGET_PERCENT / 100).min(room);
     let part = Part { shared: &shared, references, extent, budget };
@@ -49,6 +51,7 @@ fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
 }
 
 struct Shared<'a> {
+    instructions: Instructions,
     triangles: &'a [Triangle],
     least_overlap: f32,
 }
@@ -185,7 +188,8 @@ impl top_down::Part for Part<'_> {
     }
 
     fn best_split(&mut self) -> Option<(Split, f32)> {
-        let object = object_split::best_split(&self.references, &self.extent);
+        let instructions = self.shared.instructions;
+        let object = object_split::best_split(instructions, &self.references, &self.extent);
         let overlap = object.as_ref().map_or(f32::INFINITY, |split| {
             let [lower, upper] = split.bounds();
             let shared = lower.overlap(upper);
@@ -211,12 +215,11 @@ impl top_down::Part for Part<'_> {
         }
     }
 
-    fn divide(self, split: Split) -> [Self; 2] {
+    fn divide(mut self, split: Split) -> [Self; 2] {
         match split {
             Split::Object(split) => {
-                let mut references = bytemuck::zeroed_vec(self.references.len());
-                let (middle, _) = split.divide(&self.references, &mut references);
-                Self { references, ..self }.cut_at(middle)
+                let (middle, _) = split.divide(self.shared.instructions, &mut self.references);
+                self.cut_at(middle)
             }
             Split::Spatial(plane) => self.cut(&plane),
         }

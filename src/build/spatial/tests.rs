@@ -35,7 +35,8 @@ fn long_triangles_cost_less_within_the_budget() {
 fn any_budget_is_kept_and_the_tree_is_valid() {
     let mesh = mixed(300, 1.0, Vec3::ZERO);
     let triangles: Vec<_> = (0..mesh.len()).map(|i| mesh.triangle(i)).collect();
-    let shared = Shared { triangles: &triangles, least_overlap: 0.0 };
+    let shared =
+        Shared { instructions: Instructions::detect(), triangles: &triangles, least_overlap: 0.0 };
     for budget in [0, 1, 2, 7, 50, 3000] {
         let (references, extent) = references_to(&mesh);
         let part = Part { shared: &shared, references, extent, budget };

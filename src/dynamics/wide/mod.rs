@@ -41,8 +41,8 @@ pub(crate) struct WideFollower {
 }
 
 impl WideFollower {
-    /// Of a tree whose nodes and leaves lie in depth-first order, and its nodes' scores, if they are
-    /// kept.
+    /// Of a tree whose nodes lie in depth-first order and the slots of each subtree together, and its
+    /// nodes' scores, if they are kept.
     pub(crate) fn of(tree: &Bvh8, scores: Vec<WideScores>, costs: WideCosts) -> Self {
         let pieces = Pieces::of_wide(tree);
         let slots = slots_of(&tree.nodes, &pieces);

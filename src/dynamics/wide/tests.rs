@@ -120,9 +120,9 @@ fn check_order(ranking: &Ranking, tree: &Bvh8, follower: &WideFollower) {
 fn the_best_of_all_rotations_is_done() {
     let mut done = 0;
     for seed in 0..40 {
-        let mesh = Random::new(0xe00 + seed).mesh(150);
+        let mesh = Random::new(0xe00 + seed).mesh(200);
         let mesh = moved(&mesh, MOTIONS[seed as usize % MOTIONS.len()], seed);
-        let resting = Random::new(0xf00 + seed).mesh(150);
+        let resting = Random::new(0xf00 + seed).mesh(200);
         let (mut tree, mut follower) = built(&resting, 0, true);
         follower.update(&mut tree, &mesh, false);
         // Children in other places make a bad tree.

@@ -29,6 +29,7 @@ pub(super) static EXACT: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: Some(kd::rtsah),
     scores: None,
+    score_part: None,
     at_split: None,
 };
 
@@ -41,6 +42,7 @@ pub(super) static PAPER: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: None,
     scores: None,
+    score_part: None,
     at_split: None,
 };
 
@@ -53,6 +55,7 @@ pub(super) static LEAF: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: None,
     scores: None,
+    score_part: None,
     at_split: None,
 };
 
@@ -65,6 +68,7 @@ pub(super) static APPROXIMATE: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: None,
     scores: None,
+    score_part: None,
     at_split: None,
 };
 
@@ -77,6 +81,7 @@ pub(super) static CLAMPED: OrderEntry = OrderEntry {
     box_score: None,
     plan_kd: None,
     scores: None,
+    score_part: None,
     at_split: None,
 };
 

@@ -9,6 +9,7 @@ pub(crate) use leaf::{refit_leaf, write_leaf, write_leaf_in_lanes};
 
 use super::{ChildRef, MAX_DEPTH};
 use crate::geometry::{Aabb, Vec3};
+use bytemuck::Zeroable;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Children of a node, and lanes of the tests against them.
@@ -28,7 +29,7 @@ pub(crate) const LEAF_ROWS: usize = 13;
 ///
 /// Children fill the slots from 0 on, in the order in which any-hit rays visit them.
 #[repr(C, align(64))]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 pub struct Node8 {
     /// For each axis the lower and the upper planes of the children's boxes.
     pub planes: [[[f32; WIDTH]; 2]; 3],
@@ -78,6 +79,12 @@ impl Node8 {
     pub fn bounds(&self, slot: usize) -> Aabb {
         let corner = |side: usize| Vec3::from_array(self.planes.map(|axis| axis[side][slot]));
         Aabb { min: corner(0), max: corner(1) }
+    }
+
+    /// Its children, by slot.
+    #[inline]
+    pub(crate) fn children_mut(&mut self) -> &mut [ChildRef] {
+        &mut self.children[..self.len as usize]
     }
 
     /// One bit for each child, from the lowest on.
