@@ -3,6 +3,7 @@
 // In layers: each module uses only those above it.
 pub mod error;
 pub mod geometry;
+mod huge_pages;
 pub mod output;
 mod processor;
 pub mod ray;

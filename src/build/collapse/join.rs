@@ -1,6 +1,7 @@
 //! A wide tree from parts that were laid out on their own.
 
 use super::WideScores;
+use crate::huge_pages;
 use crate::tree::{ChildRef, Node8};
 use bytemuck::zeroed_vec;
 use rayon::prelude::*;
@@ -45,6 +46,7 @@ pub(in crate::build) fn join(
         Piece::Part(part) => moved(part.root, places[piece]),
     };
     let mut nodes = zeroed_vec::<Node8>(count);
+    huge_pages::ask_for(&mut nodes);
     let mut rest = nodes.as_mut_slice();
     let mut tasks = Vec::with_capacity(pieces.len());
     for (piece, &place) in pieces.iter().zip(&places) {

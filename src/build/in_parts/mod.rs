@@ -11,6 +11,7 @@ use super::collapse::{
 use super::top_down::{Fate, Part, fate};
 use super::{Leaves, WideCosts};
 use crate::geometry::{Aabb, TriangleMesh};
+use crate::huge_pages;
 use crate::tree::{
     Bvh2, Bvh8, ChildRef, LEAF_ROWS, Node2, Node8, PartSummary, ScorePart, SplitNotes, WIDTH,
 };
@@ -67,6 +68,8 @@ fn of_size<P: Part>(
     // Not touched before each thread fills its part.
     let mut leaves = vec![0.0; count * LEAF_ROWS + WIDTH];
     let mut triangle_ids = vec![0; count];
+    huge_pages::ask_for(&mut leaves);
+    huge_pages::ask_for(&mut triangle_ids);
     let program = Program::new(WideCosts::default(), &bounds);
     let builder = Builder { mesh, order, program, most, score_ns: AtomicU64::new(0) };
     let (mut nodes, mut scores) = (Vec::new(), Vec::new());

@@ -2,6 +2,7 @@
 
 use super::lanes::Row;
 use crate::geometry::{Aabb, TriangleMesh};
+use crate::huge_pages;
 use bytemuck::Zeroable;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -128,6 +129,7 @@ impl Extent {
 pub(in crate::build) fn references_to(mesh: &TriangleMesh) -> (Vec<Reference>, Extent) {
     const AT_ONCE: usize = 4096;
     let mut references = bytemuck::zeroed_vec::<Reference>(mesh.len());
+    huge_pages::ask_for(&mut references);
     let chunks = references.par_chunks_mut(AT_ONCE).enumerate();
     let extents = chunks.map(|(chunk, references)| {
         for (index, reference) in references.iter_mut().enumerate() {
