@@ -6,6 +6,7 @@ mod collapse;
 mod in_parts;
 pub mod kd_sah;
 mod object_split;
+mod reinsertion;
 mod small;
 mod spatial;
 mod sweep;
@@ -45,7 +46,8 @@ pub enum Leaves {
 }
 
 /// All builders.
-pub static BUILDERS: &[&BuilderEntry] = &[&binned::ENTRY, &sweep::ENTRY, &spatial::ENTRY];
+pub static BUILDERS: &[&BuilderEntry] =
+    &[&binned::ENTRY, &sweep::ENTRY, &spatial::ENTRY, &reinsertion::ENTRY];
 
 /// The builder called `name`.
 pub fn find(name: &str) -> Option<&'static BuilderEntry> {
