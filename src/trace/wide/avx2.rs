@@ -4,6 +4,7 @@
 use super::simd::{LANES, Simd, Vector, numbers};
 pub(super) use crate::processor::Avx2;
 use crate::ray::Ray;
+use crate::tree::ChildRef;
 use std::arch::x86_64::*;
 
 /// Calls an intrinsic of AVX2 or FMA without memory operands.
@@ -131,6 +132,17 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
+    fn pick(self, children: &[ChildRef; LANES], bits: u32, to: &mut [ChildRef; LANES]) {
+        let numbers: &[u8; LANES] = &BITS_DOWNWARDS[(bits & 255) as usize];
+        // SAFETY: as in `avx2!`; what is behind the references may be read and written, eight bytes of the
+        // table and eight words each of children, which are words of 32 bits.
+        unsafe {
+            let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(numbers.as_ptr().cast()));
+            let all = _mm256_loadu_si256(children.as_ptr().cast());
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(all, order));
+        }
+    }
+    #[inline(always)]
     fn prefetch<T>(self, place: &T) {
         let place = std::ptr::from_ref(place).cast();
         // SAFETY: a hint, which reads nothing.
@@ -142,6 +154,24 @@ impl Simd for Avx2 {
         (avx2!(_mm_movemask_ps(_mm_setr_ps(x, y, z, t_max))) & 7) as u8
     }
 }
+
+/// For each byte the numbers of the bits that are set, the highest first, and zeros.
+static BITS_DOWNWARDS: [[u8; LANES]; 256] = {
+    let mut all = [[0; LANES]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut bit, mut len) = (8, 0);
+        while bit > 0 {
+            bit -= 1;
+            if byte >> bit & 1 == 1 {
+                all[byte][len] = bit as u8;
+                len += 1;
+            }
+        }
+        byte += 1;
+    }
+    all
+};
 
 impl Avx2 {
     /// Transposes the lower four and the upper four columns of four rows, each on their own.

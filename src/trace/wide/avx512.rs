@@ -2,8 +2,9 @@
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
 use super::rays::Row;
-use super::simd::{Vector, Wide};
+use super::simd::{LANES, Vector, Wide};
 pub(super) use crate::processor::Avx512;
+use crate::tree::ChildRef;
 use std::arch::x86_64::*;
 
 /// Calls an intrinsic of AVX-512 without memory operands.
@@ -90,6 +91,57 @@ impl Vector for Avx512 {
 
 impl Wide for Avx512 {
     const GROUP: usize = 16;
+    type Words = __m512i;
+
+    #[inline(always)]
+    fn no_words(self) -> __m512i {
+        avx512!(_mm512_setzero_si512())
+    }
+    #[inline(always)]
+    fn with_ray(self, words: __m512i, children: u32, index: usize) -> __m512i {
+        avx512! {
+            let bit = _mm512_set1_epi64(1i64 << (index % 64));
+            _mm512_mask_or_epi64(words, children as __mmask8, words, bit)
+        }
+    }
+    #[inline(always)]
+    fn with_group(self, words: __m512i, masks: [__mmask16; LANES], group: usize) -> __m512i {
+        let [a, b, c, d, e, f, g, h] = masks;
+        avx512! {
+            let pair = |b: u16, a: u16| u64::from(_mm512_kunpackw(b.into(), a.into()));
+            let low = _mm512_kunpackd(pair(d, c), pair(b, a));
+            let high = _mm512_kunpackd(pair(h, g), pair(f, e));
+            let all = _mm512_cvtepu16_epi64(_mm_set_epi64x(high as i64, low as i64));
+            let place = _mm_cvtsi32_si128((group * Self::GROUP) as i32);
+            _mm512_or_si512(words, _mm512_sll_epi64(all, place))
+        }
+    }
+    #[inline(always)]
+    fn unload(
+        self,
+        words: __m512i,
+        here: u64,
+        children: &[ChildRef; LANES],
+        some: u32,
+        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+    ) -> usize {
+        // SAFETY: as in `avx512!`; what is behind the references may be read and written, eight words each,
+        // of 32 bits for children.
+        unsafe {
+            let met =
+                _mm512_maskz_and_epi64(some as __mmask8, words, _mm512_set1_epi64(here as i64));
+            let last_first = _mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0);
+            let met = _mm512_permutexvar_epi64(last_first, met);
+            let there = _mm512_test_epi64_mask(met, met);
+            let children = _mm256_loadu_si256(children.as_ptr().cast());
+            let children =
+                _mm256_permutevar8x32_epi32(children, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
+            let children = _mm256_maskz_compress_epi32(there, children);
+            _mm256_storeu_si256(to.0.as_mut_ptr().cast(), children);
+            _mm512_storeu_si512(to.1.as_mut_ptr().cast(), _mm512_maskz_compress_epi64(there, met));
+            there.count_ones() as usize
+        }
+    }
 
     #[inline(always)]
     fn load(self, row: &Row, group: usize) -> __m512 {

@@ -5,6 +5,7 @@ use super::leaf::{Facets, Lines, test};
 use super::occluders::Occluders;
 use super::rays::{Rays, Row, STREAM, load_3};
 use super::simd::{LANES, Wide};
+use super::stack::Stack;
 use super::stream::{Trees, Triangles};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
@@ -40,9 +41,9 @@ impl<W: Wide> Slabs<W> {
         }
     }
 
-    /// The rays that meet a child's box, one bit each, and where all enter it.
+    /// The rays that meet a child's box, and where all enter it.
     #[inline(always)]
-    fn meets(&self, w: W, node: &Node8, slot: usize) -> (u64, W::Floats) {
+    fn meets(&self, w: W, node: &Node8, slot: usize) -> (W::Mask, W::Floats) {
         let ([rx, ry, rz], [nx, ny, nz], [fx, fy, fz]) = (self.reciprocal, self.near, self.far);
         let ([side_x, side_y, side_z], [planes_x, planes_y, planes_z]) =
             (self.entry_side, &node.planes);
@@ -54,33 +55,26 @@ impl<W: Wide> Slabs<W> {
         let leaves_z = w.mul_sub(w.splat(planes_z[1 - side_z][slot]), rz, fz);
         let entry = w.max(enters_z, w.max(enters_y, w.max(enters_x, self.t_min)));
         let exit = w.min(leaves_z, w.min(leaves_y, w.min(leaves_x, self.t_max)));
-        (w.bits(w.less_equal(entry, exit)), entry)
+        (w.less_equal(entry, exit), entry)
     }
 }
 
-/// For each child the active rays that meet it, and which children any meet.
+/// For each child the rays of groups with an active one that meet it, or what would be there.
 #[inline(always)]
-pub(super) fn node_by_group<W: Wide>(
-    w: W,
-    node: &Node8,
-    rays: &Rays<'_>,
-    active: u64,
-) -> ([u64; WIDTH], u32) {
-    let mut met = [0; WIDTH];
-    let mut any = 0;
+pub(super) fn node_by_group<W: Wide>(w: W, node: &Node8, rays: &Rays<'_>, active: u64) -> W::Words {
+    let mut words = w.no_words();
     for group in 0..STREAM / W::GROUP {
-        let here = of_group::<W>(active, group);
-        if here == 0 {
+        if of_group::<W>(active, group) == 0 {
             continue;
         }
         let slabs = Slabs::new(w, rays, group);
-        for (slot, met) in met.iter_mut().enumerate().take(node.len as usize) {
-            let meet = slabs.meets(w, node, slot).0 & here;
-            *met |= meet << (group * W::GROUP);
-            any |= u32::from(meet != 0) << slot;
+        let mut masks = [slabs.meets(w, node, 0).0; WIDTH];
+        for (slot, mask) in masks.iter_mut().enumerate().skip(1) {
+            *mask = slabs.meets(w, node, slot).0;
         }
+        words = w.with_group(words, masks, group);
     }
-    (met, any)
+    words
 }
 
 /// As [`node_by_group`], for some of the children, one bit each. Writes where rays enter the boxes, a row
@@ -108,6 +102,7 @@ pub(super) fn entries_by_group<W: Wide>(
             left &= left - 1;
             let (meet, entry) = slabs.meets(w, node, slot);
             w.store(&mut entries[slot], group, entry);
+            let meet = w.bits(meet);
             met[slot] |= (meet & here) << (group * W::GROUP);
             any |= u32::from(meet & here != 0) << slot;
         }
@@ -117,14 +112,14 @@ pub(super) fn entries_by_group<W: Wide>(
 
 /// Those of the active rays that a triangle of a leaf stops.
 #[inline(always)]
-pub(super) fn leaf_by_group<W: Wide, C: PacketCounter>(
+pub(super) fn leaf_by_group<W: Wide>(
     w: W,
     trees: Triangles<'_>,
     leaf: ChildRef,
     rays: &Rays<'_>,
     active: u64,
+    stack: &mut Stack,
     occluders: &mut Occluders,
-    counter: &mut C,
 ) -> u64 {
     let Triangles { tree, number } = trees;
     let mut all = 0;
@@ -136,7 +131,7 @@ pub(super) fn leaf_by_group<W: Wide, C: PacketCounter>(
         let before = here;
         let lines = lines_of(w, rays, group);
         for triangle in 0..leaf.leaf_slots().len() {
-            let hits = stopped_by(w, tree, leaf, triangle, rays, &lines, group, here, counter);
+            let hits = stopped_by(w, tree, leaf, triangle, &lines, group, here, stack);
             occluders.note(rays.octants[group], (number, leaf), triangle, hits);
             here &= !hits;
             if here == 0 {
@@ -179,33 +174,29 @@ pub(super) fn facet_of<W: Wide>(w: W, tree: &Bvh8, leaf: ChildRef, triangle: usi
     }
 }
 
-/// Those of a group's active rays that one triangle of a leaf stops.
+/// Those of a group's active rays that one triangle of a leaf stops for certain; remembers those in
+/// doubt.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "what the loops above have at hand")]
-fn stopped_by<W: Wide, C: PacketCounter>(
+fn stopped_by<W: Wide>(
     w: W,
     tree: &Bvh8,
     leaf: ChildRef,
     triangle: usize,
-    rays: &Rays<'_>,
     lines: &Lines<W>,
     group: usize,
     active: u64,
-    counter: &mut C,
+    stack: &mut Stack,
 ) -> u64 {
-    let slots = leaf.leaf_slots();
     let certain = test(w, &facet_of(w, tree, leaf, triangle), lines);
-    let mut hits = certain.hits & active;
     let mut doubtful = !(certain.misses | certain.hits) & active;
     while doubtful != 0 {
         let lane = doubtful.trailing_zeros() as usize;
         doubtful &= doubtful - 1;
-        let index = group * W::GROUP + lane;
-        let (hit, by) = rays.confirm(index, tree.triangle_ids[slots.start + triangle]);
-        counter.settled(index, by);
-        hits |= u64::from(hit) << lane;
+        let id = tree.triangle_ids[leaf.leaf_slots().start + triangle];
+        stack.doubt(group * W::GROUP + lane, id);
     }
-    hits
+    certain.hits & active
 }
 
 /// Those of the active rays that a known occluder stops.
@@ -215,6 +206,7 @@ pub(super) fn stopped_by_occluders<T: Trees, W: Wide, C: PacketCounter>(
     trees: T,
     rays: &Rays<'_>,
     active: u64,
+    stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
 ) -> u64 {
@@ -229,7 +221,7 @@ pub(super) fn stopped_by_occluders<T: Trees, W: Wide, C: PacketCounter>(
                 let Some(tree) = trees.of_occluder(number) else { return 0 };
                 counter.triangle(here << (group * W::GROUP));
                 let lines = lines_of(w, rays, group);
-                stopped_by(w, tree, leaf, triangle, rays, &lines, group, here, counter)
+                stopped_by(w, tree, leaf, triangle, &lines, group, here, stack)
             },
         );
         all |= hits << (group * W::GROUP);

@@ -36,7 +36,7 @@
 
 use super::rays::Rays;
 use super::simd::{LANES, Simd, Vector};
-use crate::trace::packet::PacketCounter;
+use super::stack::Stack;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS};
 
 const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
@@ -199,43 +199,26 @@ pub(super) fn facets_of<S: Simd>(s: S, tree: &Bvh8, leaf: ChildRef) -> Facets<S>
     }
 }
 
-/// Whether ray `index` hits a triangle of a leaf.
+/// Whether ray `index` hits a triangle of a leaf for certain; remembers those in doubt.
 #[inline(always)]
-pub(super) fn hits_leaf<S: Simd, C: PacketCounter>(
+pub(super) fn hits_leaf<S: Simd>(
     s: S,
     tree: &Bvh8,
     leaf: ChildRef,
     rays: &Rays<'_>,
     index: usize,
-    counter: &mut C,
+    stack: &mut Stack,
 ) -> bool {
     let certain = test(s, &facets_of(s, tree, leaf), &one_of(s, rays, index));
-    let there = (1 << leaf.leaf_slots().len()) - 1;
+    let slots = leaf.leaf_slots();
+    let there = (1 << slots.len()) - 1;
     if certain.hits & there != 0 {
         return true;
     }
-    let doubtful = !certain.misses & there;
-    doubtful != 0 && hits_doubtful(tree, leaf, rays, index, doubtful, counter)
-}
-
-/// Whether one of the triangles in doubt is hit.
-#[cold]
-#[inline(never)]
-fn hits_doubtful<C: PacketCounter>(
-    tree: &Bvh8,
-    leaf: ChildRef,
-    rays: &Rays<'_>,
-    index: usize,
-    mut doubtful: u64,
-    counter: &mut C,
-) -> bool {
+    let mut doubtful = !certain.misses & there;
     while doubtful != 0 {
-        let slot = leaf.leaf_slots().start + doubtful.trailing_zeros() as usize;
-        let (hit, by) = rays.confirm(index, tree.triangle_ids[slot]);
-        counter.settled(index, by);
-        if hit {
-            return true;
-        }
+        let slot = slots.start + doubtful.trailing_zeros() as usize;
+        stack.doubt(index, tree.triangle_ids[slot]);
         doubtful &= doubtful - 1;
     }
     false

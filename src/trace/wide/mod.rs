@@ -17,6 +17,7 @@ mod octants;
 mod one_ray;
 mod rays;
 mod simd;
+mod stack;
 mod stream;
 mod two_level;
 
@@ -32,7 +33,8 @@ use occluders::Occluders;
 use octants::places_by_octant;
 use rays::{NOBODY, Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
-use stream::{Stack, Start, Trees, Triangles};
+use stack::Stack;
+use stream::{Start, Trees, Triangles};
 use two_level::Levels;
 
 pub use two_level::TwoLevel;
@@ -93,6 +95,8 @@ pub struct Scratch {
     /// Places of rays in the batch, in the order in which streams take them.
     places: Vec<u16>,
     lists: [Vec<u16>; 8],
+    /// One for each ray of the batch.
+    answers: Vec<u8>,
     /// Those of each stratum, and of rays for which none are tried.
     occluders: [Occluders; STRATA + 1],
     /// Rays of the last call that an occluder stopped first.
@@ -107,6 +111,7 @@ impl Default for Scratch {
             stack: Stack::EMPTY,
             places: Vec::new(),
             lists: Default::default(),
+            answers: Vec::new(),
             occluders: std::array::from_fn(|stratum| Occluders::new(stratum < STRATA)),
             stopped_early: 0,
             closest: closest_stream::Memory::EMPTY,
@@ -319,10 +324,14 @@ impl Batch<'_> {
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { numbers, stack, places, lists, occluders, stopped_early, .. } = scratch;
+        let Scratch { numbers, stack, places, lists, answers, occluders, stopped_early, .. } =
+            scratch;
         let occluders = occluders[stratum.map_or(STRATA, |s| s % STRATA)].of_tree(tree.id);
         let target = Target { bounds: &tree.bounds, mesh, mode };
         places_by_octant::<S, W>(s, rays, places, lists);
+        // Bytes, as bits of one word would wait for each other.
+        answers.clear();
+        answers.resize(rays.len().next_multiple_of(STREAM), 0);
         for places in places.chunks(STREAM) {
             let prepared = Rays::new(s, w, numbers, target, rays, places);
             let mut hits = if one_by_one {
@@ -332,10 +341,13 @@ impl Batch<'_> {
             };
             tally.next_stream(places);
             while hits != 0 {
-                let place = usize::from(places[hits.trailing_zeros() as usize]);
-                occluded[place / 64] |= 1 << (place % 64);
+                answers[usize::from(places[hits.trailing_zeros() as usize])] = 1;
                 hits &= hits - 1;
             }
+        }
+        for (word, answers) in occluded.iter_mut().zip(answers.as_chunks().0) {
+            let [bits, ..] = s.transpose(answers);
+            *word |= bits;
         }
         *stopped_early += occluders.stopped_since();
     }

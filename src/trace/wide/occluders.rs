@@ -18,6 +18,17 @@ const LEAST_SCORE: f32 = 0.06;
 /// Rays of one group that a triangle must stop at once to be remembered.
 const LEAST_HITS: u32 = 2;
 
+/// One over each number of rays: quotients take long.
+static ONE_OVER: [f32; 65] = {
+    let mut all = [0.0; 65];
+    let mut number = 1;
+    while number < 65 {
+        all[number] = 1.0 / number as f32;
+        number += 1;
+    }
+    all
+};
+
 /// A triangle, by its place in a tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Occluder {
@@ -75,7 +86,7 @@ impl Occluders {
                 continue;
             }
             let hits = stops(occluder.leaf, occluder.triangle, left);
-            let share = hits.count_ones() as f32 / left.count_ones() as f32;
+            let share = hits.count_ones() as f32 * ONE_OVER[left.count_ones() as usize];
             occluder.score += (share - occluder.score) * 0.125;
             if occluder.score < LEAST_SCORE {
                 *occluder = Self::NONE;

@@ -7,6 +7,7 @@
 
 use super::rays::Row;
 use crate::ray::Ray;
+use crate::tree::ChildRef;
 
 /// Numbers that are computed at once where one ray is tested against several things.
 pub(super) const LANES: usize = 8;
@@ -62,6 +63,8 @@ pub(super) trait Simd: Vector {
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES];
+    /// Writes the children that have a bit, the one of the highest bit first, and whatever after them.
+    fn pick(self, children: &[ChildRef; LANES], bits: u32, to: &mut [ChildRef; LANES]);
     /// Has what lies at the address brought near, if the processor can.
     #[inline(always)]
     fn prefetch<T>(self, _place: &T) {}
@@ -77,6 +80,29 @@ pub(super) trait Simd: Vector {
 pub(super) trait Wide: Vector {
     /// Rays of a group: divides 64.
     const GROUP: usize;
+    /// For each child of a node the rays that meet it, one bit each.
+    type Words: Copy;
+    /// No ray meets any.
+    fn no_words(self) -> Self::Words;
+    /// Ray `index` meets some children as well, one bit each.
+    fn with_ray(self, words: Self::Words, children: u32, index: usize) -> Self::Words;
+    /// Rays of a group meet children as well, a mask for each.
+    fn with_group(
+        self,
+        words: Self::Words,
+        masks: [Self::Mask; LANES],
+        group: usize,
+    ) -> Self::Words;
+    /// Writes those of some children, one bit each, that one of the rays `here` meets, and which of
+    /// these do, the last child first, and whatever after them; returns how many there are.
+    fn unload(
+        self,
+        words: Self::Words,
+        here: u64,
+        children: &[ChildRef; LANES],
+        some: u32,
+        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+    ) -> usize;
     /// The numbers of one group.
     fn load(self, row: &Row, group: usize) -> Self::Floats;
     fn store(self, row: &mut Row, group: usize, value: Self::Floats);
@@ -87,6 +113,55 @@ macro_rules! groups_of_eight {
     ($set:ty) => {
         impl Wide for $set {
             const GROUP: usize = LANES;
+            type Words = [u64; LANES];
+
+            #[inline(always)]
+            fn no_words(self) -> [u64; LANES] {
+                [0; LANES]
+            }
+            #[inline(always)]
+            fn with_ray(
+                self,
+                mut words: [u64; LANES],
+                children: u32,
+                index: usize,
+            ) -> [u64; LANES] {
+                for (slot, word) in words.iter_mut().enumerate() {
+                    *word |= u64::from(children >> slot & 1) << index;
+                }
+                words
+            }
+            #[inline(always)]
+            fn with_group(
+                self,
+                mut words: [u64; LANES],
+                masks: [Self::Mask; LANES],
+                group: usize,
+            ) -> [u64; LANES] {
+                for (word, mask) in words.iter_mut().zip(masks) {
+                    *word |= self.bits(mask) << (group * LANES);
+                }
+                words
+            }
+            #[inline(always)]
+            fn unload(
+                self,
+                words: [u64; LANES],
+                here: u64,
+                children: &[ChildRef; LANES],
+                some: u32,
+                to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+            ) -> usize {
+                let mut len = 0;
+                for slot in (0..LANES).rev() {
+                    let word = words[slot] & here;
+                    // At most seven have been written.
+                    to.0[len % LANES] = children[slot];
+                    to.1[len % LANES] = word;
+                    len += usize::from(word != 0 && some >> slot & 1 != 0);
+                }
+                len
+            }
 
             #[inline(always)]
             fn load(self, row: &Row, group: usize) -> Self::Floats {
@@ -209,6 +284,14 @@ impl Simd for Portable {
             *row = numbers(ray);
         }
         std::array::from_fn(|column| std::array::from_fn(|ray| rows[ray][column]))
+    }
+    #[inline(always)]
+    fn pick(self, children: &[ChildRef; LANES], bits: u32, to: &mut [ChildRef; LANES]) {
+        let mut len = 0;
+        for slot in (0..LANES).rev() {
+            to[len % LANES] = children[slot];
+            len += (bits >> slot & 1) as usize;
+        }
     }
     #[inline(always)]
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES] {

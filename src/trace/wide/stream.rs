@@ -4,77 +4,11 @@ use super::group::{groups, leaf_by_group, node_by_group, stopped_by_occluders};
 use super::leaf::hits_leaf;
 use super::occluders::Occluders;
 use super::one_ray::OneRay;
-use super::rays::{Rays, STREAM};
-use super::simd::{LANES, Simd, Wide};
+use super::rays::Rays;
+use super::simd::{Simd, Wide};
+use super::stack::{Pending, Stack};
 use crate::trace::packet::PacketCounter;
-use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, MAX_WIDE_DEPTH, Node8, WIDTH};
-
-/// A subtree to visit, with the rays that meet its box.
-#[derive(Clone, Copy)]
-struct Pending {
-    child: ChildRef,
-    rays: u64,
-}
-
-/// What is still to visit: of each node on the way all children but the current one.
-pub(super) struct Stack {
-    pending: [Pending; Self::ROOM],
-    len: usize,
-    /// Leaves to visit last, with the rays that meet them, and how many have been visited.
-    put_off: Vec<Pending>,
-    made_up: usize,
-}
-
-impl Stack {
-    /// For a tree, and another one in a leaf of it.
-    const ROOM: usize = 2 * (MAX_WIDE_DEPTH * (WIDTH - 1) + 1);
-
-    pub(super) const EMPTY: Self = Self {
-        pending: [Pending { child: ChildRef::UNUSED, rays: 0 }; Self::ROOM],
-        len: 0,
-        put_off: Vec::new(),
-        made_up: 0,
-    };
-
-    fn begin(&mut self) {
-        self.len = 0;
-        self.put_off.clear();
-        self.made_up = 0;
-    }
-
-    /// How much is still to visit.
-    #[inline(always)]
-    pub(super) fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Has `rays` visit a leaf when all else is done.
-    pub(super) fn put_off(&mut self, leaf: ChildRef, rays: u64) {
-        self.put_off.push(Pending { child: leaf, rays });
-    }
-
-    /// The next leaf that was put off, and its rays.
-    pub(super) fn make_up(&mut self) -> Option<(ChildRef, u64)> {
-        let Pending { child, rays } = *self.put_off.get(self.made_up)?;
-        self.made_up += 1;
-        Some((child, rays))
-    }
-
-    #[inline(always)]
-    pub(super) fn push(&mut self, child: ChildRef, rays: u64) {
-        self.pending[self.len] = Pending { child, rays };
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    fn pop_above(&mut self, base: usize) -> Option<Pending> {
-        if self.len <= base {
-            return None;
-        }
-        self.len -= 1;
-        Some(self.pending[self.len])
-    }
-}
+use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8};
 
 /// Rays of a group that must be active for testing the group to be worth it: fewer are tested one by
 /// one against all children, or all triangles, at once.
@@ -177,14 +111,14 @@ impl Trees for Triangles<'_> {
         leaf: ChildRef,
         rays: &Rays<'_>,
         here: u64,
-        _: &mut Stack,
+        stack: &mut Stack,
         occluders: &mut Occluders,
         counter: &mut C,
     ) -> u64 {
         for _ in leaf.leaf_slots() {
             counter.triangle(here);
         }
-        leaf_hits(s, w, *self, leaf, rays, here, occluders, counter)
+        leaf_hits(s, w, *self, leaf, rays, here, stack, occluders)
     }
 
     #[inline(always)]
@@ -195,13 +129,13 @@ impl Trees for Triangles<'_> {
         leaf: ChildRef,
         rays: &Rays<'_>,
         index: usize,
-        _: &mut Stack,
+        stack: &mut Stack,
         counter: &mut C,
     ) -> bool {
         for _ in leaf.leaf_slots() {
             counter.triangle(1 << index);
         }
-        hits_leaf(s, self.tree, leaf, rays, index, counter)
+        hits_leaf(s, self.tree, leaf, rays, index, stack)
     }
 
     #[inline(always)]
@@ -240,15 +174,17 @@ pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     let Start { trees, entry } = start;
     let Some(root) = trees.tree().root else { return 0 };
     let mut alive = rays.valid;
-    alive &= !stopped_by_occluders(w, trees, rays, alive, occluders, counter);
     stack.begin();
+    alive &= !stopped_by_occluders(w, trees, rays, alive, stack, occluders, counter);
     // Where there is a node to start at, as if it had been found on the stack.
     if entry.is_none() {
         stack.push(root, alive);
     }
     alive &= !descend(s, w, trees, entry, rays, alive, 0, stack, occluders, counter);
+    alive &= !stack.settle(s, rays, alive, counter);
     if T::PUTS_OFF {
         alive &= !trees.make_up(s, w, rays, alive, stack, occluders, counter);
+        alive &= !stack.settle(s, rays, alive, counter);
     }
     rays.valid & !alive
 }
@@ -280,6 +216,10 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
             if here == 0 {
                 continue;
             }
+            // What comes next is fetched meanwhile.
+            if let Some(next) = stack.top_above(base) {
+                prefetch(s, tree, next);
+            }
             if here & (here - 1) == 0 {
                 let index = here.trailing_zeros() as usize;
                 if one_ray::<T, S, W, C>(s, w, trees, rays, index, child, stack, counter) {
@@ -296,21 +236,14 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
             }
             (&tree.nodes[child.node_index()], here)
         };
-        let (met, mut children) = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
+        let words = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
             node_by_group(w, node, rays, here)
         } else {
-            node_by_ray::<S, W>(s, node, rays, here)
+            node_by_ray::<S, W>(s, w, node, rays, here)
         };
-        children &= node.occupied();
-        while children != 0 {
-            let slot = children.ilog2();
-            let child = node.children[slot as usize];
-            if tree.is_large() {
-                prefetch(s, tree, child);
-            }
-            stack.push(child, met[slot as usize]);
-            children &= !(1 << slot);
-        }
+        // Without a branch for each child, as no processor foresees them.
+        let met = w.unload(words, here, &node.children, node.occupied(), stack.next());
+        stack.added(met);
     }
     all & !alive
 }
@@ -338,55 +271,56 @@ pub(super) fn any_hit_one_by_one<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
         let mut hit = starts
             .iter()
             .any(|start| one_ray::<T, S, W, C>(s, w, trees, rays, index, *start, stack, counter));
+        hit = hit || stack.settle(s, rays, 1 << index, counter) != 0;
         if T::PUTS_OFF && !hit {
-            hit = trees.make_up(s, w, rays, 1 << index, stack, occluders, counter) != 0;
+            hit = trees.make_up(s, w, rays, 1 << index, stack, occluders, counter) != 0
+                || stack.settle(s, rays, 1 << index, counter) != 0;
         }
         hits |= u64::from(hit) << index;
     }
     hits
 }
 
-/// For each child the rays that meet it, and which children any meet.
+/// For each child the rays that meet it.
 #[inline(always)]
 fn node_by_ray<S: Simd, W: Wide>(
     s: S,
+    w: W,
     node: &Node8,
     rays: &Rays<'_>,
     mut active: u64,
-) -> ([u64; LANES], u32) {
-    let mut met = [0u8; STREAM];
-    let mut any = 0;
+) -> W::Words {
+    let mut words = w.no_words();
     while active != 0 {
         let index = active.trailing_zeros() as usize;
         let children = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]).meets(s, node);
-        met[index] = children as u8;
-        any |= children;
+        words = w.with_ray(words, children, index);
         active &= active - 1;
     }
-    (s.transpose(&met), any)
+    words
 }
 
 /// Those of the active rays that a triangle of a leaf stops.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
-fn leaf_hits<S: Simd, W: Wide, C: PacketCounter>(
+fn leaf_hits<S: Simd, W: Wide>(
     s: S,
     w: W,
     trees: Triangles<'_>,
     leaf: ChildRef,
     rays: &Rays<'_>,
     mut active: u64,
+    stack: &mut Stack,
     occluders: &mut Occluders,
-    counter: &mut C,
 ) -> u64 {
     let triangles = leaf.leaf_slots().len() as u32;
-    if active.count_ones() > groups::<W>(active) * triangles * ACTIVE_IN_LEAF {
-        return leaf_by_group(w, trees, leaf, rays, active, occluders, counter);
+    if active.count_ones() * 4 > groups::<W>(active) * triangles * 3 {
+        return leaf_by_group(w, trees, leaf, rays, active, stack, occluders);
     }
     let mut hits = 0;
     while active != 0 {
         let index = active.trailing_zeros() as usize;
-        hits |= u64::from(hits_leaf(s, trees.tree, leaf, rays, index, counter)) << index;
+        hits |= u64::from(hits_leaf(s, trees.tree, leaf, rays, index, stack)) << index;
         active &= active - 1;
     }
     hits
@@ -407,13 +341,13 @@ pub(super) fn one_ray<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
 ) -> bool {
     let ray = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]);
     let tree = trees.tree();
-    let base = stack.len;
+    let base = stack.len();
     let mut current = child;
     loop {
         counter.node(1 << index);
         if current.is_leaf() {
             if trees.stops_in_leaf(s, w, current, rays, index, stack, counter) {
-                stack.len = base;
+                stack.cut(base);
                 return true;
             }
         } else {
@@ -422,23 +356,16 @@ pub(super) fn one_ray<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
             if met != 0 {
                 let first = met.trailing_zeros();
                 met &= met - 1;
-                while met != 0 {
-                    let slot = met.ilog2();
-                    let child = node.children[slot as usize];
-                    if tree.is_large() {
-                        prefetch(s, tree, child);
-                    }
-                    stack.push(child, 0);
-                    met &= !(1 << slot);
+                s.pick(&node.children, met, stack.next().0);
+                stack.added(met.count_ones() as usize);
+                if let Some(next) = stack.top_above(base).filter(|_| tree.is_large()) {
+                    prefetch(s, tree, next);
                 }
                 current = node.children[first as usize];
                 continue;
             }
         }
-        if stack.len == base {
-            return false;
-        }
-        stack.len -= 1;
-        current = stack.pending[stack.len].child;
+        let Some(next) = stack.pop_above(base) else { return false };
+        current = next.child;
     }
 }

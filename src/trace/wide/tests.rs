@@ -5,7 +5,7 @@ use crate::intersect::{Exact, Fast, PreparedRay, TriangleTest};
 use crate::ray::words_for;
 use crate::test_random::Random;
 use crate::trace::single;
-use crate::tree::{Bvh2, ChildRef, Node8, Plan};
+use crate::tree::{Bvh2, ChildRef, Node8, Plan, WIDTH};
 use std::cell::RefCell;
 
 const WAYS: [Way; 3] = [Way::Automatic, Way::Single, Way::Stream];
@@ -368,6 +368,64 @@ fn boxes_that_a_ray_meets_are_met() {
     assert!(met > 100_000 && missed > 500_000, "{met} met, {missed} missed");
 }
 
+/// The words of a node's children, as they are put on a stack.
+fn unloaded<W: Wide>(w: W, words: W::Words, here: u64, some: u32) -> [u64; WIDTH] {
+    let (mut children, mut rays) = ([ChildRef::UNUSED; WIDTH], [7; WIDTH]);
+    let slots = std::array::from_fn(ChildRef::inner);
+    let len = w.unload(words, here, &slots, some, (&mut children, &mut rays));
+    let children = children[..len].iter().map(|child| child.node_index());
+    assert!(children.clone().is_sorted_by(|a, b| a > b), "the last first");
+    let mut words = [0; WIDTH];
+    children.zip(rays).for_each(|(slot, rays)| words[slot] = rays);
+    words
+}
+
+#[test]
+fn words_of_children_are_those_of_rays_one_by_one() {
+    fn check<S: Simd, W: Wide>(s: S, w: W) -> u32 {
+        let mut random = Random::new(0x3d);
+        let mut picked = 0;
+        for _ in 0..2000 {
+            let bits = |random: &mut Random| (random.bits() & random.bits()) as u32 & 255;
+            let children: [u32; STREAM] = std::array::from_fn(|_| bits(&mut random));
+            let (here, some) = (random.bits(), bits(&mut random));
+            let mut words = w.no_words();
+            for (index, children) in children.into_iter().enumerate() {
+                words = w.with_ray(words, children, index);
+            }
+            let word = |slot: usize| {
+                let met =
+                    |(index, children): (usize, &u32)| u64::from(children >> slot & 1) << index;
+                children.iter().enumerate().map(met).fold(0, |all, bit| all | bit)
+            };
+            let expected =
+                std::array::from_fn(
+                    |slot| if some >> slot & 1 == 0 { 0 } else { word(slot) & here },
+                );
+            assert_eq!(unloaded(w, words, here, some), expected);
+            let slots = std::array::from_fn(ChildRef::inner);
+            let mut children = [ChildRef::UNUSED; WIDTH];
+            s.pick(&slots, some, &mut children);
+            let downwards = (0..WIDTH).rev().filter(|slot| some >> slot & 1 != 0);
+            for (child, slot) in children.iter().zip(downwards) {
+                assert_eq!(child.node_index(), slot);
+                picked += 1;
+            }
+        }
+        picked
+    }
+    for set in Instructions::all() {
+        let picked = match set.0 {
+            Set::Portable => check(Portable, Portable),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2(avx2) => avx2.run(|| check(avx2, avx2)),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(avx2, avx512) => avx512.run(|| check(avx2, avx512)),
+        };
+        assert!(picked > 3000, "{picked}");
+    }
+}
+
 /// The children that each ray meets, alone and as one of a group.
 fn masks<S: Simd + Wide>(
     s: S,
@@ -385,7 +443,8 @@ fn masks<S: Simd + Wide>(
             let target = Target { bounds: scene, mesh: &mesh, mode: Mode::Exact };
             let prepared = Rays::new(s, s, numbers, target, rays, places);
             let active = prepared.valid;
-            let (by_group, _) = group::node_by_group(s, node, &prepared, active);
+            let words = group::node_by_group(s, node, &prepared, active);
+            let by_group = unloaded(s, words, active, node.occupied());
             for (index, &place) in places.iter().enumerate() {
                 if active >> index & 1 != 0 {
                     let octant = prepared.octants[index / S::GROUP];

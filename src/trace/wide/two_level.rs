@@ -4,7 +4,8 @@
 use super::occluders::Occluders;
 use super::rays::Rays;
 use super::simd::{Simd, Wide};
-use super::stream::{Stack, Trees, Triangles, descend, one_ray};
+use super::stack::Stack;
+use super::stream::{Trees, Triangles, descend, one_ray};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef};
 

@@ -13,6 +13,7 @@ pub const MAX_DEPTH: usize = 64;
 pub const MAX_LEAF_TRIANGLES: usize = 16;
 
 /// An inner node's index, or a leaf's range of triangles.
+#[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Zeroable)]
 pub struct ChildRef(u32);
 
