@@ -94,26 +94,23 @@ impl Wide for Avx512 {
     type Words = __m512i;
 
     #[inline(always)]
-    fn no_words(self) -> __m512i {
-        avx512!(_mm512_setzero_si512())
+    fn least(self, a: __m512) -> f32 {
+        avx512!(_mm512_reduce_min_ps(a))
+    }
+    #[inline(always)]
+    fn most(self, a: __m512) -> f32 {
+        avx512!(_mm512_reduce_max_ps(a))
+    }
+    #[inline(always)]
+    fn words(self, words: [u64; LANES]) -> __m512i {
+        // SAFETY: as in `avx512!`; the eight words behind the reference may be read.
+        unsafe { _mm512_loadu_si512(words.as_ptr().cast()) }
     }
     #[inline(always)]
     fn with_ray(self, words: __m512i, children: u32, index: usize) -> __m512i {
         avx512! {
             let bit = _mm512_set1_epi64(1i64 << (index % 64));
             _mm512_mask_or_epi64(words, children as __mmask8, words, bit)
-        }
-    }
-    #[inline(always)]
-    fn with_group(self, words: __m512i, masks: [__mmask16; LANES], group: usize) -> __m512i {
-        let [a, b, c, d, e, f, g, h] = masks;
-        avx512! {
-            let pair = |b: u16, a: u16| u64::from(_mm512_kunpackw(b.into(), a.into()));
-            let low = _mm512_kunpackd(pair(d, c), pair(b, a));
-            let high = _mm512_kunpackd(pair(h, g), pair(f, e));
-            let all = _mm512_cvtepu16_epi64(_mm_set_epi64x(high as i64, low as i64));
-            let place = _mm_cvtsi32_si128((group * Self::GROUP) as i32);
-            _mm512_or_si512(words, _mm512_sll_epi64(all, place))
         }
     }
     #[inline(always)]

@@ -1,10 +1,11 @@
 //! A group of rays, as many as a register holds numbers, against one box or triangle after the
 //! other. All rays of a group go into one octant, so that they enter a box by the same planes.
 
+use super::around::Around;
 use super::leaf::{Facets, Lines, test};
 use super::occluders::Occluders;
 use super::rays::{Rays, Row, STREAM, load_3};
-use super::simd::{LANES, Wide};
+use super::simd::{LANES, Simd, Wide};
 use super::stack::Stack;
 use super::stream::{Trees, Triangles};
 use crate::trace::packet::PacketCounter;
@@ -59,22 +60,36 @@ impl<W: Wide> Slabs<W> {
     }
 }
 
-/// For each child the rays of groups with an active one that meet it, or what would be there.
+/// For each child the rays that meet it: of groups with an active one, whoever else is in them too.
 #[inline(always)]
-pub(super) fn node_by_group<W: Wide>(w: W, node: &Node8, rays: &Rays<'_>, active: u64) -> W::Words {
-    let mut words = w.no_words();
+pub(super) fn node_by_group<S: Simd, W: Wide>(
+    s: S,
+    w: W,
+    node: &Node8,
+    rays: &Rays<'_>,
+    around: &Around,
+    active: u64,
+) -> W::Words {
+    let (all, some) = around.sort(s, node);
+    let mut words = [0u64; WIDTH];
+    let some = some & !all;
     for group in 0..STREAM / W::GROUP {
         if of_group::<W>(active, group) == 0 {
             continue;
         }
         let slabs = Slabs::new(w, rays, group);
-        let mut masks = [slabs.meets(w, node, 0).0; WIDTH];
-        for (slot, mask) in masks.iter_mut().enumerate().skip(1) {
-            *mask = slabs.meets(w, node, slot).0;
+        let mut left = some;
+        while left != 0 {
+            let slot = left.trailing_zeros() as usize % WIDTH;
+            left &= left - 1;
+            words[slot] |= w.bits(slabs.meets(w, node, slot).0) << (group * W::GROUP);
         }
-        words = w.with_group(words, masks, group);
     }
-    words
+    // All ones where all rays start inside.
+    for (slot, word) in words.iter_mut().enumerate() {
+        *word |= 0u64.wrapping_sub(u64::from(all >> slot & 1));
+    }
+    w.words(words)
 }
 
 /// As [`node_by_group`], for some of the children, one bit each. Writes where rays enter the boxes, a row

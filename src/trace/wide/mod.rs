@@ -4,6 +4,7 @@
 //! change, in either [`Mode`], and what is left is given to the scalar tests. So neither width nor
 //! instruction set nor order shows in an answer.
 
+mod around;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
@@ -237,7 +238,7 @@ impl Tally for Counts<'_> {
     }
     fn next_stream(&mut self, places: &[u16]) {
         for (place, counts) in places.iter().zip(&mut self.of_stream) {
-            if *place != NOBODY {
+            if *place & NOBODY == 0 {
                 self.of_all[self.first + usize::from(*place)] += *counts;
             }
             *counts = VisitCounts::default();

@@ -62,6 +62,8 @@ pub(super) fn places_by_octant<S: Simd, W: Wide>(
     places.clear();
     for (list, len) in lists.iter().zip(lens) {
         places.extend_from_slice(&list[..len]);
-        places.resize(places.len().next_multiple_of(W::GROUP), NOBODY);
+        if let Some(last) = list[..len].last() {
+            places.resize(places.len().next_multiple_of(W::GROUP), last | NOBODY);
+        }
     }
 }

@@ -45,8 +45,8 @@ const FARTHEST: f32 = (1u64 << 40) as f32;
 /// As [`PreparedRay`] has it.
 const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
 
-/// A place without a ray.
-pub(super) const NOBODY: u16 = u16::MAX;
+/// Where a place has no ray of its own; what is left of it names another one's.
+pub(super) const NOBODY: u16 = 1 << 15;
 
 /// One number for each ray.
 #[derive(Clone, Copy)]
@@ -140,6 +140,8 @@ pub(super) struct Rays<'a> {
     places: &'a [u16],
     /// One bit for each ray that may hit something.
     pub(super) valid: u64,
+    /// Whether none is odd.
+    pub(super) are_plain: bool,
 }
 
 impl std::ops::Deref for Rays<'_> {
@@ -152,7 +154,7 @@ impl std::ops::Deref for Rays<'_> {
 }
 
 impl<'a> Rays<'a> {
-    /// Up to 64 of the rays given, by their places among them; there is none where the place says
+    /// Up to 64 of the rays given, by their places among them; there is none where a place has
     /// [`NOBODY`].
     #[inline(always)]
     pub(super) fn new<S: Simd, W: Wide>(
@@ -165,17 +167,12 @@ impl<'a> Rays<'a> {
     ) -> Self {
         let mut there = 0;
         for (group, places) in places.as_chunks::<LANES>().0.iter().enumerate() {
-            if places[0] == NOBODY {
-                continue;
-            }
             // Lanes without a ray hold another one's, so that all numbers are usable.
-            let mut rays = [&given[usize::from(places[0])]; LANES];
-            let mut lanes = 1;
-            for (lane, &place) in places.iter().enumerate().skip(1) {
-                if place != NOBODY {
-                    rays[lane] = &given[usize::from(place)];
-                    lanes |= 1 << lane;
-                }
+            let mut rays = [&given[usize::from(places[0] & !NOBODY)]; LANES];
+            let mut lanes = u64::from(places[0] & NOBODY == 0);
+            for (lane, place) in places.iter().enumerate().skip(1) {
+                rays[lane] = &given[usize::from(place & !NOBODY)];
+                lanes |= u64::from(place & NOBODY == 0) << lane;
             }
             numbers.take(s, group, rays);
             there |= lanes << (group * LANES);
@@ -197,7 +194,8 @@ impl<'a> Rays<'a> {
             valid |= u64::from(numbers.fill_odd(index, ray, target.bounds)) << index;
             odd &= odd - 1;
         }
-        Self { numbers, target, given, places, valid }
+        let are_plain = there & !plain == 0;
+        Self { numbers, target, given, places, valid, are_plain }
     }
 
     /// The ray with this number in the stream, prepared for the scalar tests.
@@ -208,7 +206,12 @@ impl<'a> Rays<'a> {
 
     /// The ray with this number in the stream.
     pub(super) fn given(&self, index: usize) -> &Ray {
-        &self.given[usize::from(self.places[index])]
+        &self.given[usize::from(self.places[index] & !NOBODY)]
+    }
+
+    /// Box around all that they are tested against.
+    pub(super) fn bounds(&self) -> &Aabb {
+        self.target.bounds
     }
 
     /// The mesh that they are tested against.
@@ -309,8 +312,9 @@ impl Numbers {
         w.store(&mut self.t_max, group, w.add(t_max, slack));
         // Four times as far as any hit, which lies in the scene.
         let beyond = w.mul(w.mul(extent, w.splat(4.0)), least_reciprocal);
-        let start = w.max(t_min, w.sub(w.splat(0.0), beyond));
-        let end = w.min(t_max, beyond);
+        let before = w.sub(w.splat(0.0), beyond);
+        let start = w.min(w.max(t_min, before), beyond);
+        let end = w.max(w.min(t_max, beyond), before);
         w.store(&mut self.start, group, start);
         w.store(&mut self.end, group, end);
         w.store(&mut self.slope_slack, group, w.mul(length, w.splat(SLOPE_SLACK)));

@@ -59,6 +59,9 @@ pub(super) trait Vector: Copy {
 pub(super) trait Simd: Vector {
     fn load(self, from: &[f32; LANES]) -> Self::Floats;
     fn store(self, to: &mut [f32; LANES], value: Self::Floats);
+    /// The least of all numbers, and the most; none is NaN.
+    fn least(self, a: Self::Floats) -> f32;
+    fn most(self, a: Self::Floats) -> f32;
     /// The numbers of eight rays: origins, starts of intervals, directions, ends of intervals.
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
@@ -82,17 +85,8 @@ pub(super) trait Wide: Vector {
     const GROUP: usize;
     /// For each child of a node the rays that meet it, one bit each.
     type Words: Copy;
-    /// No ray meets any.
-    fn no_words(self) -> Self::Words;
     /// Ray `index` meets some children as well, one bit each.
     fn with_ray(self, words: Self::Words, children: u32, index: usize) -> Self::Words;
-    /// Rays of a group meet children as well, a mask for each.
-    fn with_group(
-        self,
-        words: Self::Words,
-        masks: [Self::Mask; LANES],
-        group: usize,
-    ) -> Self::Words;
     /// Writes those of some children, one bit each, that one of the rays `here` meets, and which of
     /// these do, the last child first, and whatever after them; returns how many there are.
     fn unload(
@@ -106,6 +100,11 @@ pub(super) trait Wide: Vector {
     /// The numbers of one group.
     fn load(self, row: &Row, group: usize) -> Self::Floats;
     fn store(self, row: &mut Row, group: usize, value: Self::Floats);
+    /// As [`Simd::least`] and [`Simd::most`].
+    fn least(self, a: Self::Floats) -> f32;
+    fn most(self, a: Self::Floats) -> f32;
+    /// These.
+    fn words(self, words: [u64; LANES]) -> Self::Words;
 }
 
 /// Groups of eight for those whose registers hold eight numbers.
@@ -116,8 +115,16 @@ macro_rules! groups_of_eight {
             type Words = [u64; LANES];
 
             #[inline(always)]
-            fn no_words(self) -> [u64; LANES] {
-                [0; LANES]
+            fn least(self, a: Self::Floats) -> f32 {
+                Simd::least(self, a)
+            }
+            #[inline(always)]
+            fn most(self, a: Self::Floats) -> f32 {
+                Simd::most(self, a)
+            }
+            #[inline(always)]
+            fn words(self, words: [u64; LANES]) -> [u64; LANES] {
+                words
             }
             #[inline(always)]
             fn with_ray(
@@ -128,18 +135,6 @@ macro_rules! groups_of_eight {
             ) -> [u64; LANES] {
                 for (slot, word) in words.iter_mut().enumerate() {
                     *word |= u64::from(children >> slot & 1) << index;
-                }
-                words
-            }
-            #[inline(always)]
-            fn with_group(
-                self,
-                mut words: [u64; LANES],
-                masks: [Self::Mask; LANES],
-                group: usize,
-            ) -> [u64; LANES] {
-                for (word, mask) in words.iter_mut().zip(masks) {
-                    *word |= self.bits(mask) << (group * LANES);
                 }
                 words
             }
@@ -276,6 +271,14 @@ impl Simd for Portable {
     #[inline(always)]
     fn store(self, to: &mut Array, value: Array) {
         *to = value;
+    }
+    #[inline(always)]
+    fn least(self, a: Array) -> f32 {
+        a.into_iter().fold(f32::INFINITY, |least, a| if a < least { a } else { least })
+    }
+    #[inline(always)]
+    fn most(self, a: Array) -> f32 {
+        a.into_iter().fold(f32::NEG_INFINITY, |most, a| if a > most { a } else { most })
     }
     #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [Array; LANES] {

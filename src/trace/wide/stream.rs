@@ -1,5 +1,6 @@
 //! Up to 64 rays through the tree together: each node is visited once for all of them.
 
+use super::around::Around;
 use super::group::{groups, leaf_by_group, node_by_group, stopped_by_occluders};
 use super::leaf::hits_leaf;
 use super::occluders::Occluders;
@@ -8,7 +9,7 @@ use super::rays::Rays;
 use super::simd::{Simd, Wide};
 use super::stack::{Pending, Stack};
 use crate::trace::packet::PacketCounter;
-use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8};
+use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
 
 /// Rays of a group that must be active for testing the group to be worth it: fewer are tested one by
 /// one against all children, or all triangles, at once.
@@ -180,7 +181,8 @@ pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     if entry.is_none() {
         stack.push(root, alive);
     }
-    alive &= !descend(s, w, trees, entry, rays, alive, 0, stack, occluders, counter);
+    let around = Around::new(w, rays);
+    alive &= !descend(s, w, trees, entry, rays, &around, alive, 0, stack, occluders, counter);
     alive &= !stack.settle(s, rays, alive, counter);
     if T::PUTS_OFF {
         alive &= !trees.make_up(s, w, rays, alive, stack, occluders, counter);
@@ -199,6 +201,7 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     trees: T,
     mut first: Option<&Node8>,
     rays: &Rays<'_>,
+    around: &Around,
     mut alive: u64,
     base: usize,
     stack: &mut Stack,
@@ -237,7 +240,7 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
             (&tree.nodes[child.node_index()], here)
         };
         let words = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
-            node_by_group(w, node, rays, here)
+            node_by_group(s, w, node, rays, around, here)
         } else {
             node_by_ray::<S, W>(s, w, node, rays, here)
         };
@@ -290,7 +293,7 @@ fn node_by_ray<S: Simd, W: Wide>(
     rays: &Rays<'_>,
     mut active: u64,
 ) -> W::Words {
-    let mut words = w.no_words();
+    let mut words = w.words([0; WIDTH]);
     while active != 0 {
         let index = active.trailing_zeros() as usize;
         let children = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]).meets(s, node);
