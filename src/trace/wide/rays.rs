@@ -18,12 +18,14 @@
 //! space, is in a constant. Exits and descending rays are mirror images. Nothing overflows, as rays
 //! for which something might are left unbounded on that axis.
 
+use super::around::Around;
 use super::group::of_group;
 use super::leaf::{EDGE_SLACK_FAST, END_SLACK, SLOPE_SLACK, UNDERFLOW};
 use super::simd::{LANES, Simd, Wide};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::{Mode, PreparedRay, Stage};
 use crate::ray::Ray;
+use std::cell::OnceCell;
 
 /// Rays of a stream: as many as bits in a word.
 pub(super) const STREAM: usize = 64;
@@ -142,6 +144,7 @@ pub(super) struct Rays<'a> {
     pub(super) valid: u64,
     /// Whether none is odd.
     pub(super) are_plain: bool,
+    around: OnceCell<Around>,
 }
 
 impl std::ops::Deref for Rays<'_> {
@@ -195,7 +198,7 @@ impl<'a> Rays<'a> {
             odd &= odd - 1;
         }
         let are_plain = there & !plain == 0;
-        Self { numbers, target, given, places, valid, are_plain }
+        Self { numbers, target, given, places, valid, are_plain, around: OnceCell::new() }
     }
 
     /// The ray with this number in the stream, prepared for the scalar tests.
@@ -207,6 +210,16 @@ impl<'a> Rays<'a> {
     /// The ray with this number in the stream.
     pub(super) fn given(&self, index: usize) -> &Ray {
         &self.given[usize::from(self.places[index] & !NOBODY)]
+    }
+
+    /// What holds them all, found when it is asked for first.
+    #[inline(always)]
+    pub(super) fn around<W: Wide>(&self, w: W) -> &Around {
+        // `get_or_init` is not compiled for the instructions at hand.
+        if self.around.get().is_none() {
+            let _ = self.around.set(Around::new(w, self));
+        }
+        self.around.get().expect("set above")
     }
 
     /// Box around all that they are tested against.

@@ -1,6 +1,5 @@
 //! Up to 64 rays through the tree together: each node is visited once for all of them.
 
-use super::around::Around;
 use super::group::{groups, leaf_by_group, node_by_group, stopped_by_occluders};
 use super::leaf::hits_leaf;
 use super::occluders::Occluders;
@@ -181,8 +180,7 @@ pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     if entry.is_none() {
         stack.push(root, alive);
     }
-    let around = Around::new(w, rays);
-    alive &= !descend(s, w, trees, entry, rays, &around, alive, 0, stack, occluders, counter);
+    alive &= !descend(s, w, trees, entry, rays, alive, 0, stack, occluders, counter);
     alive &= !stack.settle(s, rays, alive, counter);
     if T::PUTS_OFF {
         alive &= !trees.make_up(s, w, rays, alive, stack, occluders, counter);
@@ -201,7 +199,6 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     trees: T,
     mut first: Option<&Node8>,
     rays: &Rays<'_>,
-    around: &Around,
     mut alive: u64,
     base: usize,
     stack: &mut Stack,
@@ -240,7 +237,7 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
             (&tree.nodes[child.node_index()], here)
         };
         let words = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
-            node_by_group(s, w, node, rays, around, here)
+            node_by_group(s, w, node, rays, rays.around(w), here)
         } else {
             node_by_ray::<S, W>(s, w, node, rays, here)
         };

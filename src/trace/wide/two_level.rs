@@ -1,7 +1,6 @@
 //! Trees in the leaves of a tree: rays go from one level to the next as they are, so that answers are
 //! those of one tree over all triangles.
 
-use super::around::Around;
 use super::occluders::Occluders;
 use super::rays::Rays;
 use super::simd::{Simd, Wide};
@@ -145,21 +144,7 @@ fn visit<S: Simd, W: Wide, C: PacketCounter>(
     stack.push(root, here);
     w.run(
         #[inline(always)]
-        || {
-            descend(
-                s,
-                w,
-                trees,
-                None,
-                rays,
-                &Around::new(w, rays),
-                here,
-                base,
-                stack,
-                occluders,
-                counter,
-            )
-        },
+        || descend(s, w, trees, None, rays, here, base, stack, occluders, counter),
     )
 }
 
