@@ -13,12 +13,10 @@
 
 use super::group::of_group;
 use super::leaf::SLOPE_SLACK;
-use super::rays::{Rays, STREAM, load_3};
+use super::rays::{Rays, STREAM, UNIT, load_3};
 use super::simd::{Simd, Wide};
 use crate::geometry::Aabb;
 use crate::tree::Node8;
-
-const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
 
 /// Two corners of a box.
 type Corners = [[f32; 3]; 2];
@@ -88,16 +86,23 @@ impl Around {
     /// Of a node's children those that all rays start in, and those that any may touch, one bit each.
     #[inline(always)]
     pub(super) fn sort<S: Simd>(&self, s: S, node: &Node8) -> (u32, u32) {
-        let mut all = s.less_equal(s.load(&node.planes[0][0]), s.splat(self.starts[0][0]));
-        let mut some = s.less_equal(s.load(&node.planes[0][0]), s.splat(self.reach[1][0]));
-        for axis in 0..3 {
-            let (lower, upper) = (s.load(&node.planes[axis][0]), s.load(&node.planes[axis][1]));
-            all = s.both(all, s.less_equal(lower, s.splat(self.starts[0][axis])));
-            all = s.both(all, s.less_equal(s.splat(self.starts[1][axis]), upper));
-            some = s.both(some, s.less_equal(lower, s.splat(self.reach[1][axis])));
-            some = s.both(some, s.less_equal(s.splat(self.reach[0][axis]), upper));
+        let [mut all, mut some] = self.on_axis(s, node, 0);
+        for axis in 1..3 {
+            let [holds, touches] = self.on_axis(s, node, axis);
+            (all, some) = (s.both(all, holds), s.both(some, touches));
         }
         (s.bits(all) as u32, s.bits(some) as u32 & node.occupied())
+    }
+
+    /// As [`sort`](Self::sort), on one axis.
+    #[inline(always)]
+    fn on_axis<S: Simd>(&self, s: S, node: &Node8, axis: usize) -> [S::Mask; 2] {
+        let (lower, upper) = (s.load(&node.planes[axis][0]), s.load(&node.planes[axis][1]));
+        let within = |least: f32, most: f32| {
+            s.both(s.less_equal(lower, s.splat(least)), s.less_equal(s.splat(most), upper))
+        };
+        let (starts, reach) = (&self.starts, &self.reach);
+        [within(starts[0][axis], starts[1][axis]), within(reach[1][axis], reach[0][axis])]
     }
 }
 

@@ -87,19 +87,6 @@ impl Vector for Avx2 {
     fn bits(self, mask: __m256) -> u64 {
         u64::from(avx2!(_mm256_movemask_ps(mask)) as u32)
     }
-}
-
-impl Simd for Avx2 {
-    #[inline(always)]
-    fn load(self, from: &[f32; LANES]) -> __m256 {
-        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be read.
-        unsafe { _mm256_loadu_ps(from.as_ptr()) }
-    }
-    #[inline(always)]
-    fn store(self, to: &mut [f32; LANES], value: __m256) {
-        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be written.
-        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), value) }
-    }
     #[inline(always)]
     fn least(self, a: __m256) -> f32 {
         avx2! {
@@ -115,6 +102,19 @@ impl Simd for Avx2 {
             let a = _mm_max_ps(a, _mm_movehl_ps(a, a));
             _mm_cvtss_f32(_mm_max_ss(a, _mm_movehdup_ps(a)))
         }
+    }
+}
+
+impl Simd for Avx2 {
+    #[inline(always)]
+    fn load(self, from: &[f32; LANES]) -> __m256 {
+        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be read.
+        unsafe { _mm256_loadu_ps(from.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32; LANES], value: __m256) {
+        // SAFETY: as in `avx2!`; the eight numbers behind the reference may be written.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), value) }
     }
     #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [__m256; LANES] {

@@ -87,12 +87,6 @@ impl Vector for Avx512 {
     fn bits(self, mask: __mmask16) -> u64 {
         mask.into()
     }
-}
-
-impl Wide for Avx512 {
-    const GROUP: usize = 16;
-    type Words = __m512i;
-
     #[inline(always)]
     fn least(self, a: __m512) -> f32 {
         avx512!(_mm512_reduce_min_ps(a))
@@ -101,6 +95,12 @@ impl Wide for Avx512 {
     fn most(self, a: __m512) -> f32 {
         avx512!(_mm512_reduce_max_ps(a))
     }
+}
+
+impl Wide for Avx512 {
+    const GROUP: usize = 16;
+    type Words = __m512i;
+
     #[inline(always)]
     fn words(self, words: [u64; LANES]) -> __m512i {
         // SAFETY: as in `avx512!`; the eight words behind the reference may be read.

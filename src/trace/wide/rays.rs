@@ -30,7 +30,7 @@ use std::cell::OnceCell;
 /// Rays of a stream: as many as bits in a word.
 pub(super) const STREAM: usize = 64;
 
-const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
+pub(super) const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
 const OF_EXTENT: f32 = 21.0 * UNIT;
 const OF_ORIGIN: f32 = 7.0 * UNIT;
 /// `2^-100`.

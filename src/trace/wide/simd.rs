@@ -37,10 +37,13 @@ pub(super) trait Vector: Copy {
     fn less_equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// One bit for each lane, from the lowest on.
     /// Does `work` with this instruction set enabled; what is inlined into it is compiled for it.
     fn run<R>(self, work: impl FnOnce() -> R) -> R;
+    /// One bit for each lane, from the lowest on.
     fn bits(self, mask: Self::Mask) -> u64;
+    /// The least of all numbers, and the most; none is NaN.
+    fn least(self, a: Self::Floats) -> f32;
+    fn most(self, a: Self::Floats) -> f32;
 
     #[inline(always)]
     fn dot(self, a: [Self::Floats; 3], b: [Self::Floats; 3]) -> Self::Floats {
@@ -59,9 +62,6 @@ pub(super) trait Vector: Copy {
 pub(super) trait Simd: Vector {
     fn load(self, from: &[f32; LANES]) -> Self::Floats;
     fn store(self, to: &mut [f32; LANES], value: Self::Floats);
-    /// The least of all numbers, and the most; none is NaN.
-    fn least(self, a: Self::Floats) -> f32;
-    fn most(self, a: Self::Floats) -> f32;
     /// The numbers of eight rays: origins, starts of intervals, directions, ends of intervals.
     fn rays(self, rays: [&Ray; LANES]) -> [Self::Floats; LANES];
     /// Bit `i` of byte `r` becomes bit `r` of word `i`.
@@ -100,10 +100,7 @@ pub(super) trait Wide: Vector {
     /// The numbers of one group.
     fn load(self, row: &Row, group: usize) -> Self::Floats;
     fn store(self, row: &mut Row, group: usize, value: Self::Floats);
-    /// As [`Simd::least`] and [`Simd::most`].
-    fn least(self, a: Self::Floats) -> f32;
-    fn most(self, a: Self::Floats) -> f32;
-    /// These.
+    /// The words of these children.
     fn words(self, words: [u64; LANES]) -> Self::Words;
 }
 
@@ -114,14 +111,6 @@ macro_rules! groups_of_eight {
             const GROUP: usize = LANES;
             type Words = [u64; LANES];
 
-            #[inline(always)]
-            fn least(self, a: Self::Floats) -> f32 {
-                Simd::least(self, a)
-            }
-            #[inline(always)]
-            fn most(self, a: Self::Floats) -> f32 {
-                Simd::most(self, a)
-            }
             #[inline(always)]
             fn words(self, words: [u64; LANES]) -> [u64; LANES] {
                 words
@@ -261,6 +250,14 @@ impl Vector for Portable {
     fn bits(self, mask: u32) -> u64 {
         mask.into()
     }
+    #[inline(always)]
+    fn least(self, a: Array) -> f32 {
+        a.into_iter().fold(f32::INFINITY, |least, a| if a < least { a } else { least })
+    }
+    #[inline(always)]
+    fn most(self, a: Array) -> f32 {
+        a.into_iter().fold(f32::NEG_INFINITY, |most, a| if a > most { a } else { most })
+    }
 }
 
 impl Simd for Portable {
@@ -271,14 +268,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn store(self, to: &mut Array, value: Array) {
         *to = value;
-    }
-    #[inline(always)]
-    fn least(self, a: Array) -> f32 {
-        a.into_iter().fold(f32::INFINITY, |least, a| if a < least { a } else { least })
-    }
-    #[inline(always)]
-    fn most(self, a: Array) -> f32 {
-        a.into_iter().fold(f32::NEG_INFINITY, |most, a| if a > most { a } else { most })
     }
     #[inline(always)]
     fn rays(self, rays: [&Ray; LANES]) -> [Array; LANES] {

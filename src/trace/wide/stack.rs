@@ -136,6 +136,7 @@ impl Stack {
         let children = (&mut self.children[there.clone()]).try_into().expect("eight places");
         (children, (&mut self.rays[there]).try_into().expect("eight places"))
     }
+
     /// So many places are used now.
     #[inline(always)]
     pub(super) fn added(&mut self, len: usize) {

@@ -314,7 +314,7 @@ fn leaf_hits<S: Simd, W: Wide>(
     occluders: &mut Occluders,
 ) -> u64 {
     let triangles = leaf.leaf_slots().len() as u32;
-    if active.count_ones() * 4 > groups::<W>(active) * triangles * 3 {
+    if active.count_ones() > groups::<W>(active) * triangles * ACTIVE_IN_LEAF {
         return leaf_by_group(w, trees, leaf, rays, active, stack, occluders);
     }
     let mut hits = 0;
