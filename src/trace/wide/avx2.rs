@@ -76,6 +76,10 @@ impl Vector for Avx2 {
         avx2!(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))
     }
     #[inline(always)]
+    fn not_less(self, a: __m256, b: __m256) -> __m256 {
+        avx2!(_mm256_cmp_ps::<_CMP_NLT_UQ>(a, b))
+    }
+    #[inline(always)]
     fn both(self, a: __m256, b: __m256) -> __m256 {
         avx2!(_mm256_and_ps(a, b))
     }

@@ -64,8 +64,20 @@ impl Vector for Avx512 {
         avx512!(_mm512_abs_ps(a))
     }
     #[inline(always)]
+    fn larger_size(self, a: __m512, b: __m512) -> __m512 {
+        /// The larger one of the sizes, without a sign.
+        const LARGER_SIZE: i32 = 0b1011;
+        avx512!(_mm512_range_ps::<LARGER_SIZE>(a, b))
+    }
+    #[inline(always)]
     fn flip_sign(self, a: __m512, sign: __m512) -> __m512 {
-        avx512!(_mm512_xor_ps(a, _mm512_and_ps(_mm512_set1_ps(-0.0), sign)))
+        /// `a ^ (b & c)`.
+        const FLIP: i32 = 0xf0 ^ (0xcc & 0xaa);
+        avx512! {
+            let (a, sign) = (_mm512_castps_si512(a), _mm512_castps_si512(sign));
+            let sign_bit = _mm512_set1_epi32(i32::MIN);
+            _mm512_castsi512_ps(_mm512_ternarylogic_epi32::<FLIP>(a, sign, sign_bit))
+        }
     }
     #[inline(always)]
     fn less(self, a: __m512, b: __m512) -> __mmask16 {
@@ -74,6 +86,18 @@ impl Vector for Avx512 {
     #[inline(always)]
     fn less_equal(self, a: __m512, b: __m512) -> __mmask16 {
         avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn not_less(self, a: __m512, b: __m512) -> __mmask16 {
+        avx512!(_mm512_cmp_ps_mask::<_CMP_NLT_UQ>(a, b))
+    }
+    #[inline(always)]
+    fn less_where(self, mask: __mmask16, a: __m512, b: __m512) -> __mmask16 {
+        avx512!(_mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(mask, a, b))
+    }
+    #[inline(always)]
+    fn not_less_where(self, mask: __mmask16, a: __m512, b: __m512) -> __mmask16 {
+        avx512!(_mm512_mask_cmp_ps_mask::<_CMP_NLT_UQ>(mask, a, b))
     }
     #[inline(always)]
     fn both(self, a: __mmask16, b: __mmask16) -> __mmask16 {

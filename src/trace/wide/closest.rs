@@ -1,7 +1,9 @@
 //! The closest hit of one ray, front to back.
 
 use super::Structure;
-use super::leaf::{EDGE_SLACK_FAST, END_SLACK, Lines, SLOPE_SLACK, UNDERFLOW, facets_of, test};
+use super::leaf::{
+    ANY_HEIGHT_SLACK, EDGE_SLACK_FAST, END_SLACK, Lines, SLOPE_SLACK, UNDERFLOW, facets_of, test,
+};
 use super::rays::{extent_from, is_plain};
 use super::simd::{LANES, Simd};
 use crate::geometry::{Aabb, TriangleMesh};
@@ -76,6 +78,7 @@ fn line<S: Simd>(s: S, ray: &Ray, bounds: &Aabb) -> Lines<S> {
         edge_slack: s.splat(extent * length * EDGE_SLACK_FAST + UNDERFLOW),
         start_slack: end_slack(ray.t_min),
         end_slack: end_slack(ray.t_max),
+        height_slack: s.splat(extent * ANY_HEIGHT_SLACK),
     }
 }
 
@@ -95,8 +98,8 @@ pub(super) fn closest_hit<S: Simd>(
     let mut best: Option<(f32, u32)> = None;
     let in_leaf = |tree: &Bvh8, leaf: ChildRef, best: &mut Option<(f32, u32)>| {
         let ids = &tree.triangle_ids[leaf.leaf_slots()];
-        let misses = test(s, &facets_of(s, tree, leaf), &line).misses;
-        let mut candidates = !misses & ((1 << ids.len()) - 1);
+        let certain = test(s, &facets_of(s, tree, leaf), &line);
+        let mut candidates = certain.not_misses & ((1 << ids.len()) - 1);
         while candidates != 0 {
             let id = ids[candidates.trailing_zeros() as usize];
             candidates &= candidates - 1;

@@ -137,23 +137,37 @@ pub(super) fn leaf_by_group<W: Wide>(
     occluders: &mut Occluders,
 ) -> u64 {
     let Triangles { tree, number } = trees;
+    let (first_slot, count) = (leaf.leaf_slots().start, leaf.leaf_slots().len().min(WIDTH));
     let mut all = 0;
     for group in 0..STREAM / W::GROUP {
         let mut here = of_group::<W>(active, group);
         if here == 0 {
             continue;
         }
-        let before = here;
         let lines = lines_of(w, rays, group);
-        for triangle in 0..leaf.leaf_slots().len() {
-            let hits = stopped_by(w, tree, leaf, triangle, &lines, group, here, stack);
-            occluders.note(rays.octants[group], (number, leaf), triangle, hits);
-            here &= !hits;
-            if here == 0 {
-                break;
+        // All triangles before anything is made of it, as no processor foresees what rays meet.
+        let (mut hits, mut doubtful) = ([0; WIDTH], [0; WIDTH]);
+        let (mut any_hits, mut any_doubtful) = (0, 0);
+        for triangle in 0..count {
+            let certain = test(w, &facet_of(w, tree, leaf, triangle), &lines);
+            hits[triangle % WIDTH] = certain.hits & here;
+            doubtful[triangle % WIDTH] = certain.doubtful(here);
+            any_hits |= hits[triangle % WIDTH];
+            any_doubtful |= doubtful[triangle % WIDTH];
+        }
+        if any_doubtful & !any_hits != 0 {
+            for (triangle, doubtful) in doubtful[..count].iter().enumerate() {
+                let id = tree.triangle_ids[first_slot + triangle];
+                stack.doubt_all(group * W::GROUP, doubtful & !any_hits, id);
             }
         }
-        all |= (before & !here) << (group * W::GROUP);
+        if occluders.are_kept() && any_hits != 0 {
+            for (triangle, hits) in hits[..count].iter().enumerate() {
+                occluders.note(rays.octants[group], (number, leaf), triangle, hits & here);
+                here &= !hits;
+            }
+        }
+        all |= any_hits << (group * W::GROUP);
     }
     all
 }
@@ -170,6 +184,7 @@ pub(super) fn lines_of<W: Wide>(w: W, rays: &Rays<'_>, group: usize) -> Lines<W>
         edge_slack: w.load(&rays.edge_slack, group),
         start_slack: w.load(&rays.start_slack, group),
         end_slack: w.load(&rays.end_slack, group),
+        height_slack: w.load(&rays.height_slack, group),
     }
 }
 
@@ -204,12 +219,10 @@ fn stopped_by<W: Wide>(
     stack: &mut Stack,
 ) -> u64 {
     let certain = test(w, &facet_of(w, tree, leaf, triangle), lines);
-    let mut doubtful = !(certain.misses | certain.hits) & active;
-    while doubtful != 0 {
-        let lane = doubtful.trailing_zeros() as usize;
-        doubtful &= doubtful - 1;
+    let doubtful = certain.doubtful(active);
+    if doubtful != 0 {
         let id = tree.triangle_ids[leaf.leaf_slots().start + triangle];
-        stack.doubt(group * W::GROUP + lane, id);
+        stack.doubt_all(group * W::GROUP, doubtful, id);
     }
     certain.hits & active
 }

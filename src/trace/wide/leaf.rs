@@ -15,20 +15,30 @@
 //!
 //! # Their errors
 //!
-//! `u = 2^-24`, norms are sums of components. `C` has one rounding, so a component of `C x d` has
-//! three at most and all of them together are off by less than `3.01 u |C| |d|`. Components of `e / l`
-//! are at most 1, with one rounding; with three for the products and sums, `U` and `V` are off by less
-//! than `7.1 u |C| |d|`. Components of `n` are off by one rounding and `2^-30` (see
+//! `u = 2^-24`, norms are sums of components, but for `|C|`, which is twice the largest one: so are sums of
+//! `|C|`'s and others' products in `C x d` bounded, and the sum of all `|n C|`. `C` has one rounding, so a
+//! component of `C x d` has three at most and all of them together are off by less than `3.01 u |C| |d|`.
+//! Components of `e / l` are at most 1, with one rounding; with three for the products and sums, `U` and `V`
+//! are off by less than `7.1 u |C| |d|`. Components of `n` are off by one rounding and `2^-30` (see
 //! [`Bvh8::leaves`]), so `D` is off by less than `4.2 u |d|`, `h D` by `6.5 u h |d|` and `W` by `19 u
-//! |C| |d| + 8.5 u h |d|`, its own rounding included. 20 times `u (|C| + h) |d|` covers all three, and
+//! |C| |d| + 8.5 u h |d|`, its own rounding included. `E`, 20 times `u (|C| + h) |d|`, covers all three, and
 //! `5 u |d|` the first. `T` is off by less than `5.2 u |C|`, and `T - t D` by `6.3 u |C| + 5.3 u |t|
 //! |d|`. Rays whose numbers might overflow are NaN here, of which no comparison holds; what underflow
 //! takes is less than the constant in each slack.
 //!
+//! Where `U`, `V` and `W` are all larger than `E`, they are no less than `3 E` in all, which but for
+//! roundings is `h D`: so `D` is larger than `50 u |d|`, and its sign is certain without asking.
+//!
+//! # Heights
+//!
+//! What `T` is off by is found for each line and triangle where a miss is to be told, as rays start close to
+//! planes. For hits a bound does that all planes have in common: where the scene has an extent `m` from the
+//! origin, `T - t D` is off by less than `12.6 u m + 5.3 u |t| |d|`.
+//!
 //! # The plain test
 //!
 //! [`PreparedRay::triangle`](crate::intersect::PreparedRay) sees corners that are off by `6.5 u m` in
-//! each sheared coordinate, where `m` is the scene's extent from the origin, and is exact in what it
+//! each sheared coordinate, and is exact in what it
 //! makes of their signs. So it agrees where the line is further than `9.2 u m` from the triangle, or
 //! from its edges inside. In those coordinates an edge is no longer than `2.9 l`, so an edge function
 //! of `U` lies at `|U| / (2.9 |d|)`: with `28 u m |d|` on top of the slack of `U`, that is far enough. In
@@ -46,7 +56,9 @@ pub(super) const SLOPE_SLACK: f32 = 5.0 * UNIT;
 const EDGE_SLACK: f32 = 4.0;
 /// Of `m |d|`, more in [`Mode::Fast`](crate::intersect::Mode).
 pub(super) const EDGE_SLACK_FAST: f32 = 28.0 * UNIT;
-/// Of `|C|`.
+/// Of `m`, for all heights.
+pub(super) const ANY_HEIGHT_SLACK: f32 = 14.0 * UNIT;
+/// Of `|C|`, for a height.
 const HEIGHT_SLACK: f32 = 7.0 * UNIT;
 /// Of `|t| |d|`.
 pub(super) const END_SLACK: f32 = 6.0 * UNIT;
@@ -76,13 +88,23 @@ pub(super) struct Lines<V: Vector> {
     pub(super) edge_slack: V::Floats,
     pub(super) start_slack: V::Floats,
     pub(super) end_slack: V::Floats,
+    pub(super) height_slack: V::Floats,
 }
 
 /// What is certain of lines and triangles, one bit each.
 #[derive(Clone, Copy)]
 pub(super) struct Certain {
-    pub(super) misses: u64,
     pub(super) hits: u64,
+    /// Those that may be hits, and those that are.
+    pub(super) not_misses: u64,
+}
+
+impl Certain {
+    /// Those of some that are in doubt.
+    #[inline(always)]
+    pub(super) fn doubtful(&self, of: u64) -> u64 {
+        self.not_misses & !self.hits & of
+    }
 }
 
 /// Where lines meet triangles' planes, and what is certain of them.
@@ -93,8 +115,8 @@ pub(super) struct Crossings<V: Vector> {
     slope: V::Floats,
     /// `T`, with the sign of `D` taken out.
     height: V::Floats,
-    /// `|C|`.
-    reach: V::Floats,
+    /// `|C| / 2`.
+    half_reach: V::Floats,
 }
 
 /// Tests in all lanes.
@@ -116,27 +138,28 @@ pub(super) fn crossings<V: Vector>(v: V, facets: &Facets<V>, lines: &Lines<V>) -
     let height = turned(v.dot(facets.normal, to_corner));
     let slope = v.abs(slope);
     let third = v.sub(v.mul_sub(slope, facets.height, first), second);
-    let [x, y, z] = to_corner.map(|c| v.abs(c));
-    let reach = v.add(v.add(x, y), z);
+    let [x, y, z] = to_corner;
+    let half_reach = v.larger_size(v.larger_size(x, y), z);
     let scale = v.mul(lines.slope_slack, v.splat(EDGE_SLACK));
-    let edge_slack = v.mul_add(scale, v.add(reach, facets.height), lines.edge_slack);
+    let edge_slack = v.mul_add(scale, facets.height, lines.edge_slack);
+    let edge_slack = v.mul_add(v.add(scale, scale), half_reach, edge_slack);
     let least = v.min(v.min(first, second), third);
-    let sure = v.less(lines.slope_slack, slope);
     // How far the plane lies before the start and the end.
     let to_start = v.mul_sub(lines.start, slope, height);
     let to_end = v.mul_sub(lines.end, slope, height);
-    let start_slack = v.mul_add(reach, v.splat(HEIGHT_SLACK), lines.start_slack);
-    let end_slack = v.mul_add(reach, v.splat(HEIGHT_SLACK), lines.end_slack);
     let minus = |value| v.sub(v.splat(0.0), value);
-    let beside = v.less(least, minus(edge_slack));
-    let outside = v.either(v.less(start_slack, to_start), v.less(to_end, minus(end_slack)));
-    let through = v.less(edge_slack, least);
-    let within = v.both(v.less(to_start, minus(start_slack)), v.less(end_slack, to_end));
-    let certain = Certain {
-        misses: v.bits(v.both(sure, v.either(beside, outside))),
-        hits: v.bits(v.both(sure, v.both(through, within))),
-    };
-    Crossings { certain, slope, height, reach }
+    let hits = v.less(to_start, minus(v.add(lines.start_slack, lines.height_slack)));
+    let hits = v.less_where(hits, v.add(lines.end_slack, lines.height_slack), to_end);
+    let hits = v.less_where(hits, edge_slack, least);
+    let start_slack = v.mul_add(half_reach, v.splat(2.0 * HEIGHT_SLACK), lines.start_slack);
+    let below_end = v.mul_sub(half_reach, v.splat(-2.0 * HEIGHT_SLACK), lines.end_slack);
+    let unsure = v.not_less(lines.slope_slack, slope);
+    let near = v.not_less(start_slack, to_start);
+    let near = v.not_less_where(near, to_end, below_end);
+    let near = v.not_less_where(near, least, minus(edge_slack));
+    let certain =
+        Certain { hits: v.bits(hits), not_misses: v.bits(v.either(unsure, near)) };
+    Crossings { certain, slope, height, half_reach }
 }
 
 impl<V: Vector> Crossings<V> {
@@ -150,7 +173,7 @@ impl<V: Vector> Crossings<V> {
         let unit = v.mul(lines.slope_slack, v.splat(END_SLACK / SLOPE_SLACK));
         let slack = |t| {
             let of_t = v.mul_add(v.abs(t), unit, v.splat(UNDERFLOW));
-            v.mul_add(self.reach, v.splat(HEIGHT_SLACK), of_t)
+            v.mul_add(self.half_reach, v.splat(2.0 * HEIGHT_SLACK), of_t)
         };
         let reciprocal = v.div(v.splat(1.0), self.slope);
         let slack_here = slack(v.mul(self.height, reciprocal));
@@ -177,6 +200,7 @@ pub(super) fn one_of<S: Simd>(s: S, rays: &Rays<'_>, index: usize) -> Lines<S> {
         edge_slack: all(&rays.edge_slack),
         start_slack: all(&rays.start_slack),
         end_slack: all(&rays.end_slack),
+        height_slack: all(&rays.height_slack),
     }
 }
 
@@ -215,7 +239,7 @@ pub(super) fn hits_leaf<S: Simd>(
     if certain.hits & there != 0 {
         return true;
     }
-    let mut doubtful = !certain.misses & there;
+    let mut doubtful = certain.doubtful(there);
     while doubtful != 0 {
         let slot = slots.start + doubtful.trailing_zeros() as usize;
         stack.doubt(index, tree.triangle_ids[slot]);

@@ -20,7 +20,7 @@
 
 use super::around::Around;
 use super::group::of_group;
-use super::leaf::{EDGE_SLACK_FAST, END_SLACK, SLOPE_SLACK, UNDERFLOW};
+use super::leaf::{ANY_HEIGHT_SLACK, EDGE_SLACK_FAST, END_SLACK, SLOPE_SLACK, UNDERFLOW};
 use super::simd::{LANES, Simd, Wide};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::{Mode, PreparedRay, Stage};
@@ -91,6 +91,7 @@ pub(super) struct Numbers {
     pub(super) edge_slack: Row,
     pub(super) start_slack: Row,
     pub(super) end_slack: Row,
+    pub(super) height_slack: Row,
     /// For each group the signs of the directions, one bit for each axis.
     pub(super) octants: [u8; STREAM / LANES],
 }
@@ -110,6 +111,7 @@ impl Numbers {
         edge_slack: Row::ZERO,
         start_slack: Row::ZERO,
         end_slack: Row::ZERO,
+        height_slack: Row::ZERO,
         octants: [0; STREAM / LANES],
     };
 }
@@ -335,6 +337,7 @@ impl Numbers {
         let tiny = w.splat(UNDERFLOW);
         w.store(&mut self.start_slack, group, w.mul_add(w.abs(start), unit, tiny));
         w.store(&mut self.end_slack, group, w.mul_add(w.abs(end), unit, tiny));
+        w.store(&mut self.height_slack, group, w.mul(extent, w.splat(ANY_HEIGHT_SLACK)));
         let edge_slack = match target.mode {
             Mode::Exact => tiny,
             // What the plain test's sheared coordinates are off by.

@@ -31,10 +31,27 @@ pub(super) trait Vector: Copy {
     /// `a > b ? a : b`: `b` if either is NaN.
     fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn abs(self, a: Self::Floats) -> Self::Floats;
+    /// `|a| > |b| ? |a| : |b|`; neither is NaN.
+    #[inline(always)]
+    fn larger_size(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        self.max(self.abs(a), self.abs(b))
+    }
     /// `a`, negated where `sign` has the sign bit.
     fn flip_sign(self, a: Self::Floats, sign: Self::Floats) -> Self::Floats;
     fn less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     fn less_equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
+    /// `!(a < b)`: also where either is NaN.
+    fn not_less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
+    /// [`less`](Self::less) where `mask` is.
+    #[inline(always)]
+    fn less_where(self, mask: Self::Mask, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        self.both(mask, self.less(a, b))
+    }
+    /// [`not_less`](Self::not_less) where `mask` is.
+    #[inline(always)]
+    fn not_less_where(self, mask: Self::Mask, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        self.both(mask, self.not_less(a, b))
+    }
     fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Does `work` with this instruction set enabled; what is inlined into it is compiled for it.
@@ -237,6 +254,10 @@ impl Vector for Portable {
     #[inline(always)]
     fn less_equal(self, a: Array, b: Array) -> u32 {
         compare(a, b, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn not_less(self, a: Array, b: Array) -> u32 {
+        compare(a, b, |a, b| !(a < b))
     }
     #[inline(always)]
     fn both(self, a: u32, b: u32) -> u32 {

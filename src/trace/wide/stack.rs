@@ -52,6 +52,15 @@ impl Stack {
         self.doubts.push((index as u32, triangle));
     }
 
+    /// As [`doubt`](Self::doubt), of all rays that have a bit, from that with number `first` on.
+    #[inline(always)]
+    pub(super) fn doubt_all(&mut self, first: usize, mut rays: u64, triangle: u32) {
+        while rays != 0 {
+            self.doubt(first + rays.trailing_zeros() as usize, triangle);
+            rays &= rays - 1;
+        }
+    }
+
     /// Those of `alive` rays that a triangle stops that was in doubt.
     #[inline(always)]
     pub(super) fn settle<S: Simd, C: PacketCounter>(

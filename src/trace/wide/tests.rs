@@ -249,6 +249,30 @@ fn no_triangles() {
     assert_eq!(assert_as_binary(&mesh, (&binary, &wide), &rays, true), [0, 0]);
 }
 
+/// Triangles without area, and rays that are almost in the plane of the normal that such a triangle has
+/// in a leaf: nothing is in their way.
+#[test]
+fn triangles_without_area_stop_no_ray() {
+    let mut random = Random::new(0xf1a7);
+    let on_grid = |point: Vec3| (point * 64.0).round() / 64.0;
+    for _ in 0..400 {
+        let (a, edge) = (on_grid(random.point()), on_grid(random.point()));
+        let vertices = [0.0, 1.0, 2.0].map(|times| a + edge * times).to_vec();
+        let mesh = TriangleMesh::new(vertices, vec![[0, 1, 2]]);
+        let (binary, wide) = trees(&mesh, WideCosts::default());
+        let across = |v: Vec3| v - Vec3::splat((v.x + v.y + v.z) / 3.0);
+        let rays: Vec<_> = (0..64)
+            .map(|_| {
+                let slope = 10f32.powf(random.unit() * 4.0 - 8.0);
+                let direction = across(random.point()) + Vec3::splat(slope);
+                let target = a + across(edge * random.unit() + random.point() * 0.01);
+                Ray { origin: target - direction, direction, t_min: 0.0, t_max: f32::INFINITY }
+            })
+            .collect();
+        assert_eq!(assert_as_binary(&mesh, (&binary, &wide), &rays, true), [0]);
+    }
+}
+
 /// Far from the origin, tiny and huge: where slacks are all that is left, or numbers run out.
 #[test]
 fn scenes_of_any_scale_and_place() {

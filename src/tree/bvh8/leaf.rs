@@ -14,10 +14,10 @@ const LEAST_SQUARED: f64 = 1e-290;
 ///
 /// Edges and normals are rounded once from numbers that are off by less than `2^-30`. Where a normal
 /// would be less certain it is zero, and so are the last number and all that follows from them, which
-/// then is in doubt. A triangle that has no area for certain is one that lines miss: its last number
-/// is far below zero.
+/// then is in doubt. A triangle that has no area for certain is one that lines miss: it has two edges
+/// that point away from each other, so that no line is within all three.
 fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
-    const NO_AREA: f64 = -1e30;
+    const ANY_EDGE: DVec3 = DVec3::new(0.36, 0.48, 0.8);
     let [a, b, c] = triangle.0.map(|v| v.as_dvec3());
     let (ab, ac) = (b - a, c - a);
     let cross = ab.cross(ac);
@@ -34,7 +34,7 @@ fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
             let length = squared.sqrt();
             (ab, ac, cross * length.recip(), length * shrink)
         } else if is_difference(a, b) && is_difference(a, c) && are_parallel(b - a, c - a) {
-            (DVec3::ZERO, DVec3::ZERO, DVec3::splat(3f64.sqrt().recip()), NO_AREA)
+            (ANY_EDGE, -ANY_EDGE, DVec3::splat(3f64.sqrt().recip()), 0.0)
         } else {
             (ab, ac, DVec3::ZERO, 0.0)
         };

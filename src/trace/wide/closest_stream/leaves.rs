@@ -144,7 +144,7 @@ impl Stream<'_, '_> {
         for triangle in 0..slots.len() {
             let lines = lines_of(w, self.rays, group);
             let crossings = crossings(w, &facet_of(w, tree, leaf, triangle), &lines);
-            let mut left = !crossings.certain.misses & here;
+            let mut left = crossings.certain.not_misses & here;
             if left == 0 {
                 continue;
             }
@@ -171,7 +171,7 @@ impl Stream<'_, '_> {
         let lines = one_of(s, self.rays, index);
         let crossings = crossings(s, &facets_of(s, tree, leaf), &lines);
         let ids = &tree.triangle_ids[leaf.leaf_slots()];
-        let mut left = !crossings.certain.misses & ((1 << ids.len()) - 1);
+        let mut left = crossings.certain.not_misses & ((1 << ids.len()) - 1);
         if left == 0 {
             return;
         }
