@@ -111,6 +111,27 @@ impl Vector for Avx2 {
 
 impl Simd for Avx2 {
     #[inline(always)]
+    fn quick_max(self, a: __m256, b: __m256) -> __m256 {
+        avx2! {
+            let (a, b) = (_mm256_castps_si256(a), _mm256_castps_si256(b));
+            _mm256_castsi256_ps(_mm256_max_epi32(a, b))
+        }
+    }
+    #[inline(always)]
+    fn quick_min(self, a: __m256, b: __m256) -> __m256 {
+        avx2! {
+            let (a, b) = (_mm256_castps_si256(a), _mm256_castps_si256(b));
+            _mm256_castsi256_ps(_mm256_min_epi32(a, b))
+        }
+    }
+    #[inline(always)]
+    fn quick_less_equal(self, a: __m256, b: __m256) -> u32 {
+        avx2! {
+            let (a, b) = (_mm256_castps_si256(a), _mm256_castps_si256(b));
+            !_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpgt_epi32(a, b))) as u32
+        }
+    }
+    #[inline(always)]
     fn load(self, from: &[f32; LANES]) -> __m256 {
         // SAFETY: as in `avx2!`; the eight numbers behind the reference may be read.
         unsafe { _mm256_loadu_ps(from.as_ptr()) }

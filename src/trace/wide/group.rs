@@ -24,6 +24,7 @@ struct Slabs<W: Wide> {
     far: [W::Floats; 3],
     t_min: W::Floats,
     t_max: W::Floats,
+    begin: W::Floats,
     /// For each axis the side of the entry plane.
     entry_side: [usize; 3],
 }
@@ -38,13 +39,14 @@ impl<W: Wide> Slabs<W> {
             far: load_3(w, &rays.far, group),
             t_min: w.load(&rays.t_min, group),
             t_max: w.load(&rays.t_max, group),
+            begin: w.load(&rays.begin, group),
             entry_side: [octant & 1, octant >> 1 & 1, octant >> 2 & 1],
         }
     }
 
-    /// The rays that meet a child's box, and where all enter it.
+    /// The rays that meet a child's box, and where all enter it, which is not before `begin`.
     #[inline(always)]
-    fn meets(&self, w: W, node: &Node8, slot: usize) -> (W::Mask, W::Floats) {
+    fn meets(&self, w: W, node: &Node8, slot: usize, begin: W::Floats) -> (W::Mask, W::Floats) {
         let ([rx, ry, rz], [nx, ny, nz], [fx, fy, fz]) = (self.reciprocal, self.near, self.far);
         let ([side_x, side_y, side_z], [planes_x, planes_y, planes_z]) =
             (self.entry_side, &node.planes);
@@ -54,7 +56,7 @@ impl<W: Wide> Slabs<W> {
         let leaves_x = w.mul_sub(w.splat(planes_x[1 - side_x][slot]), rx, fx);
         let leaves_y = w.mul_sub(w.splat(planes_y[1 - side_y][slot]), ry, fy);
         let leaves_z = w.mul_sub(w.splat(planes_z[1 - side_z][slot]), rz, fz);
-        let entry = w.max(enters_z, w.max(enters_y, w.max(enters_x, self.t_min)));
+        let entry = w.max(enters_z, w.max(enters_y, w.max(enters_x, begin)));
         let exit = w.min(leaves_z, w.min(leaves_y, w.min(leaves_x, self.t_max)));
         (w.less_equal(entry, exit), entry)
     }
@@ -82,7 +84,7 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
         while left != 0 {
             let slot = left.trailing_zeros() as usize % WIDTH;
             left &= left - 1;
-            words[slot] |= w.bits(slabs.meets(w, node, slot).0) << (group * W::GROUP);
+            words[slot] |= w.bits(slabs.meets(w, node, slot, slabs.begin).0) << (group * W::GROUP);
         }
     }
     // All ones where all rays start inside.
@@ -115,7 +117,7 @@ pub(super) fn entries_by_group<W: Wide>(
         while left != 0 {
             let slot = left.trailing_zeros() as usize % WIDTH;
             left &= left - 1;
-            let (meet, entry) = slabs.meets(w, node, slot);
+            let (meet, entry) = slabs.meets(w, node, slot, slabs.t_min);
             w.store(&mut entries[slot], group, entry);
             let meet = w.bits(meet);
             met[slot] |= (meet & here) << (group * W::GROUP);

@@ -157,8 +157,7 @@ pub(super) fn crossings<V: Vector>(v: V, facets: &Facets<V>, lines: &Lines<V>) -
     let near = v.not_less(start_slack, to_start);
     let near = v.not_less_where(near, to_end, below_end);
     let near = v.not_less_where(near, least, minus(edge_slack));
-    let certain =
-        Certain { hits: v.bits(hits), not_misses: v.bits(v.either(unsure, near)) };
+    let certain = Certain { hits: v.bits(hits), not_misses: v.bits(v.either(unsure, near)) };
     Crossings { certain, slope, height, half_reach }
 }
 

@@ -12,6 +12,7 @@ pub(super) struct OneRay<S: Simd> {
     far: [S::Floats; 3],
     t_min: S::Floats,
     t_max: S::Floats,
+    begin: S::Floats,
     /// For each axis the side of the entry plane.
     entry_side: [usize; 3],
 }
@@ -26,27 +27,39 @@ impl<S: Simd> OneRay<S> {
             far: splat_3(s, &rays.far, index),
             t_min: s.splat(rays.t_min.0[index]),
             t_max: s.splat(rays.t_max.0[index]),
+            begin: s.splat(rays.begin.0[index]),
             entry_side: [octant & 1, octant >> 1 & 1, octant >> 2 & 1],
         }
     }
 
-    /// The children that the ray meets, one bit each.
+    /// Where the ray crosses the entry planes of an axis, and the exit planes.
     #[inline(always)]
-    pub(super) fn meets(&self, s: S, node: &Node8) -> u32 {
-        self.enters(s, node).0
+    fn crosses(&self, s: S, node: &Node8, axis: usize) -> [S::Floats; 2] {
+        let side = self.entry_side[axis] & 1;
+        let planes = &node.planes[axis];
+        let (near, far) = (s.load(&planes[side]), s.load(&planes[1 - side]));
+        let reciprocal = self.reciprocal[axis];
+        [s.mul_sub(near, reciprocal, self.near[axis]), s.mul_sub(far, reciprocal, self.far[axis])]
     }
 
-    /// As [`meets`](Self::meets), and where the ray enters all boxes.
+    /// The children that the ray meets, one bit each. All that a single ray does next waits for this.
+    #[inline(always)]
+    pub(super) fn meets(&self, s: S, node: &Node8) -> u32 {
+        let [x, y, z] =
+            [self.crosses(s, node, 0), self.crosses(s, node, 1), self.crosses(s, node, 2)];
+        let entry = s.quick_max(s.quick_max(x[0], y[0]), s.quick_max(z[0], self.begin));
+        let exit = s.quick_min(s.quick_min(x[1], y[1]), s.quick_min(z[1], self.t_max));
+        s.quick_less_equal(entry, exit) & node.occupied()
+    }
+
+    /// The children that the ray meets, one bit each, and where it enters all boxes.
     #[inline(always)]
     pub(super) fn enters(&self, s: S, node: &Node8) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.t_min, self.t_max);
         for axis in 0..3 {
-            let side = self.entry_side[axis] & 1;
-            let planes = &node.planes[axis];
-            let (near, far) = (s.load(&planes[side]), s.load(&planes[1 - side]));
-            let (r, n, f) = (self.reciprocal[axis], self.near[axis], self.far[axis]);
-            entry = s.max(s.mul_sub(near, r, n), entry);
-            exit = s.min(s.mul_sub(far, r, f), exit);
+            let [enters, leaves] = self.crosses(s, node, axis);
+            entry = s.max(enters, entry);
+            exit = s.min(leaves, exit);
         }
         (s.bits(s.less_equal(entry, exit)) as u32 & node.occupied(), entry)
     }

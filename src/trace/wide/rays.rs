@@ -13,10 +13,20 @@
 //!   `p r - c + u |p r - c| + u |p r|`, the last term where `p r` is rounded as well, with
 //!   `|p| <= |o| + m`.
 //!
-//! So it is enough that `P >= (16.01 + 2.01 + 2.1) u m + (3.1 + 2.01 + 1.1) u |o|`, which `21 u m + 7
-//! u |o|` exceeds by more than its own rounding. What underflow takes, at most `2^-105` in units of
-//! space, is in a constant. Exits and descending rays are mirror images. Nothing overflows, as rays
-//! for which something might are left unbounded on that axis.
+//! So it is enough that `P >= (16.01 + 2.01 + 2.1) u m + (3.1 + 2.01 + 1.1) u |o|`. What underflow
+//! takes, at most `2^-105` in units of space, is in a constant. Exits and descending rays are mirror
+//! images. Nothing overflows, as rays for which something might are left unbounded on that axis.
+//!
+//! # Intervals
+//!
+//! Ends of an interval are moved by a slack `s` that is more than what the other test moves them by. For
+//! [quick](Simd::quick_max) comparisons no number may be negative but the exits of boxes that are missed.
+//! So exits are moved on by `e = s + max(-t_min, 0)` as well, and what is held against them is `b = max(t_min,
+//! 0)` and `t_max + e`: where `t_min - s` is no larger than an exit, `b` is no larger than that and `e`, and
+//! everything else is held against something later than before. Subtracting `e` from `c` is one more
+//! rounding, `1.1 u (|o| + m)` where it matters: where `e` is larger than that, exits of boxes that are
+//! in question are far above `b`. All in all, `23 u m + 9 u |o|` exceed what is needed by more than their
+//! own rounding.
 
 use super::around::Around;
 use super::group::of_group;
@@ -31,8 +41,8 @@ use std::cell::OnceCell;
 pub(super) const STREAM: usize = 64;
 
 pub(super) const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
-const OF_EXTENT: f32 = 21.0 * UNIT;
-const OF_ORIGIN: f32 = 7.0 * UNIT;
+const OF_EXTENT: f32 = 23.0 * UNIT;
+const OF_ORIGIN: f32 = 9.0 * UNIT;
 /// `2^-100`.
 const OF_UNDERFLOW: f32 = 1.0 / (1u128 << 100) as f32;
 
@@ -80,6 +90,8 @@ pub(super) struct Numbers {
     /// Interval of the box test.
     pub(super) t_min: Row,
     pub(super) t_max: Row,
+    /// What any-hit rays' exits are held against in place of `t_min`: not negative.
+    pub(super) begin: Row,
     pub(super) origin: [Row; 3],
     /// NaN for rays that the scalar test alone is to decide on.
     pub(super) direction: [Row; 3],
@@ -103,6 +115,7 @@ impl Numbers {
         far: [Row::ZERO; 3],
         t_min: Row::ZERO,
         t_max: Row::ZERO,
+        begin: Row::ZERO,
         origin: [Row::ZERO; 3],
         direction: [Row::ZERO; 3],
         start: Row::ZERO,
@@ -309,25 +322,30 @@ impl Numbers {
             w.less_equal(t_min, t_max),
         );
         let scene_pad = w.mul_add(extent, w.splat(OF_EXTENT), w.splat(OF_UNDERFLOW));
+        let zero = w.splat(0.0);
         let smallest = w.mul(largest, w.splat(SMALLEST_SHARE));
-        let mut least_reciprocal = w.splat(f32::INFINITY);
+        let (mut reciprocals, mut least_reciprocal) = ([zero; 3], w.splat(f32::INFINITY));
         for axis in 0..3 {
-            let (o, d) = (origin[axis], direction[axis]);
-            let clamped = w.max(size[axis], smallest);
-            let reciprocal = w.div(w.splat(1.0), clamped);
+            let reciprocal = w.div(w.splat(1.0), w.max(size[axis], smallest));
             least_reciprocal = w.min(reciprocal, least_reciprocal);
-            let reciprocal = w.flip_sign(reciprocal, d);
-            let forwards = w.flip_sign(w.mul_add(far_out[axis], w.splat(OF_ORIGIN), scene_pad), d);
-            w.store(&mut self.reciprocal[axis], group, reciprocal);
-            w.store(&mut self.near[axis], group, w.mul(w.add(o, forwards), reciprocal));
-            w.store(&mut self.far[axis], group, w.mul(w.sub(o, forwards), reciprocal));
+            reciprocals[axis] = w.flip_sign(reciprocal, direction[axis]);
         }
         let slack = w.mul(scene_pad, w.mul(least_reciprocal, w.splat(1.0 + 4.0 * UNIT)));
+        let later = w.add(slack, w.max(w.sub(zero, t_min), zero));
+        for axis in 0..3 {
+            let (o, d, reciprocal) = (origin[axis], direction[axis], reciprocals[axis]);
+            let forwards = w.flip_sign(w.mul_add(far_out[axis], w.splat(OF_ORIGIN), scene_pad), d);
+            let exit = w.sub(w.mul(w.sub(o, forwards), reciprocal), later);
+            w.store(&mut self.reciprocal[axis], group, reciprocal);
+            w.store(&mut self.near[axis], group, w.mul(w.add(o, forwards), reciprocal));
+            w.store(&mut self.far[axis], group, exit);
+        }
         w.store(&mut self.t_min, group, w.sub(t_min, slack));
-        w.store(&mut self.t_max, group, w.add(t_max, slack));
+        w.store(&mut self.t_max, group, w.add(t_max, later));
+        w.store(&mut self.begin, group, w.max(t_min, zero));
         // Four times as far as any hit, which lies in the scene.
         let beyond = w.mul(w.mul(extent, w.splat(4.0)), least_reciprocal);
-        let before = w.sub(w.splat(0.0), beyond);
+        let before = w.sub(zero, beyond);
         let start = w.min(w.max(t_min, before), beyond);
         let end = w.max(w.min(t_max, beyond), before);
         w.store(&mut self.start, group, start);
@@ -355,6 +373,7 @@ impl Numbers {
         let Some(prepared) = PreparedRay::new(ray, bounds) else { return false };
         let slabs = prepared.slabs();
         let corners = [bounds.min, bounds.max];
+        let later = f64::from(-slabs.t_min).max(0.0);
         for axis in 0..3 {
             let (reciprocal, origin) = (slabs.reciprocal[axis], ray.origin[axis]);
             let extent = corners.map(|c| (c[axis] - origin).abs()).into_iter().fold(0.0, f32::max);
@@ -364,13 +383,15 @@ impl Numbers {
             let forwards = if slabs.descending[axis] { -pad } else { pad };
             let moved = |origin: f32, by: f64| (f64::from(origin) + by) * f64::from(reciprocal);
             let near = moved(slabs.near_origin[axis], forwards) as f32;
-            let far = moved(slabs.far_origin[axis], -forwards) as f32;
+            let far = (moved(slabs.far_origin[axis], -forwards) - later) as f32;
             let bounded = (extent + origin.abs()) * reciprocal.abs() < LARGEST_REACH;
             self.reciprocal[axis].0[index] = if bounded { reciprocal } else { 0.0 };
             self.near[axis].0[index] = if bounded { near } else { f32::INFINITY };
             self.far[axis].0[index] = if bounded { far } else { f32::NEG_INFINITY };
         }
-        (self.t_min.0[index], self.t_max.0[index]) = (slabs.t_min, slabs.t_max);
+        self.t_min.0[index] = slabs.t_min;
+        self.t_max.0[index] = (f64::from(slabs.t_max) + later) as f32;
+        self.begin.0[index] = if slabs.t_min > 0.0 { slabs.t_min } else { 0.0 };
         self.direction.iter_mut().for_each(|row| row.0[index] = f32::NAN);
         true
     }

@@ -85,6 +85,13 @@ pub(super) trait Simd: Vector {
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES];
     /// Writes the children that have a bit, the one of the highest bit first, and whatever after them.
     fn pick(self, children: &[ChildRef; LANES], bits: u32, to: &mut [ChildRef; LANES]);
+    /// Of numbers taken as integers, which takes a fraction of the time: right where neither is negative, nor
+    /// NaN; a number with a sign is less than any without.
+    fn quick_max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// As [`quick_max`](Self::quick_max); one of them with a sign if any has one.
+    fn quick_min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// As [`quick_max`](Self::quick_max), one bit for each lane; what lies above the eight is not zero.
+    fn quick_less_equal(self, a: Self::Floats, b: Self::Floats) -> u32;
     /// Has what lies at the address brought near, if the processor can.
     #[inline(always)]
     fn prefetch<T>(self, _place: &T) {}
@@ -282,6 +289,18 @@ impl Vector for Portable {
 }
 
 impl Simd for Portable {
+    #[inline(always)]
+    fn quick_max(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| f32::from_bits(i32::max(a.to_bits() as i32, b.to_bits() as i32) as u32))
+    }
+    #[inline(always)]
+    fn quick_min(self, a: Array, b: Array) -> Array {
+        zip(a, b, |a, b| f32::from_bits(i32::min(a.to_bits() as i32, b.to_bits() as i32) as u32))
+    }
+    #[inline(always)]
+    fn quick_less_equal(self, a: Array, b: Array) -> u32 {
+        !compare(a, b, |a, b| a.to_bits() as i32 > b.to_bits() as i32)
+    }
     #[inline(always)]
     fn load(self, from: &Array) -> Array {
         *from
