@@ -1,5 +1,6 @@
 //! Builders of binary trees, and their catalogue. A builder knows nothing of traversal orders.
 
+mod any_hit;
 mod binned;
 mod clip;
 mod collapse;
@@ -47,7 +48,7 @@ pub enum Leaves {
 
 /// All builders.
 pub static BUILDERS: &[&BuilderEntry] =
-    &[&binned::ENTRY, &sweep::ENTRY, &spatial::ENTRY, &reinsertion::ENTRY];
+    &[&binned::ENTRY, &sweep::ENTRY, &spatial::ENTRY, &reinsertion::ENTRY, &any_hit::ENTRY];
 
 /// The builder called `name`.
 pub fn find(name: &str) -> Option<&'static BuilderEntry> {
