@@ -222,10 +222,9 @@ impl top_down::Part for Part<'_> {
         let mut best = planes.reduce(|a, b| if b.1 < a.1 { b } else { a });
         if count >= LEAST_BY_SIZE
             && let Some((split, cost)) = best_on_axis(self, BY_SIZE, bins)
+            && best.is_none_or(|(_, least)| cost * SIZE_MARGIN < least)
         {
-            if best.is_none_or(|(_, least)| cost * SIZE_MARGIN < least) {
-                best = Some((split, cost));
-            }
+            best = Some((split, cost));
         }
         let entering = TRAVERSAL_COST * half_area(&self.bounds);
         best.map(|(split, cost)| (split, cost + entering)).filter(|(_, cost)| cost.is_finite())

@@ -425,4 +425,6 @@ impl ClosestBatch<'_> {
 }
 
 #[cfg(test)]
+mod box_tests;
+#[cfg(test)]
 mod tests;

@@ -264,7 +264,7 @@ impl Vector for Portable {
     }
     #[inline(always)]
     fn not_less(self, a: Array, b: Array) -> u32 {
-        compare(a, b, |a, b| !(a < b))
+        self.less(a, b) ^ ((1 << LANES) - 1)
     }
     #[inline(always)]
     fn both(self, a: u32, b: u32) -> u32 {

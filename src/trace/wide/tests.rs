@@ -1,12 +1,11 @@
-use super::around::Around;
 use super::*;
 use crate::build::{self, WideCosts};
-use crate::geometry::{Aabb, Triangle, TriangleMesh, Vec3};
+use crate::geometry::{Triangle, TriangleMesh, Vec3};
 use crate::intersect::{Exact, Fast, PreparedRay, TriangleTest};
 use crate::ray::words_for;
 use crate::test_random::Random;
 use crate::trace::single;
-use crate::tree::{Bvh2, ChildRef, Node8, Plan, WIDTH};
+use crate::tree::{Bvh2, Plan};
 use std::cell::RefCell;
 
 const WAYS: [Way; 3] = [Way::Automatic, Way::Single, Way::Stream];
@@ -107,7 +106,7 @@ fn assert_mode_as_binary<T: TriangleTest>(
 
 /// Rays of all kinds: from near points or anywhere, along axes, aimed at edges and corners, of
 /// extreme lengths and intervals, and those that are none.
-fn rays(random: &mut Random, mesh: &TriangleMesh, count: usize) -> Vec<Ray> {
+pub(super) fn rays(random: &mut Random, mesh: &TriangleMesh, count: usize) -> Vec<Ray> {
     let (eye, target) = (random.point(), random.point());
     let coherent = random.bits().is_multiple_of(2);
     (0..count)
@@ -332,179 +331,4 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
         }
     }
     assert!(hits > 500_000, "{hits} hits");
-}
-
-/// The box test of streams accepts what that of single rays accepts.
-#[test]
-fn boxes_that_a_ray_meets_are_met() {
-    let mut random = Random::new(0xb0c5);
-    let mesh = TriangleMesh::default();
-    let (mut met, mut missed, mut spared) = (0, 0, 0);
-    for round in 0..4000 {
-        let (scale, offset) = [(1.0, 0.0), (1.0, 3e5), (1e-20, 0.0), (1e30, 0.0)][round % 4];
-        let scene =
-            Aabb { min: Vec3::splat(offset - 4.0 * scale), max: Vec3::splat(offset + 4.0 * scale) };
-        let given: Vec<_> = rays(&mut random, &mesh, 64)
-            .into_iter()
-            // One odd ray would hide what is known of all others.
-            .map(|ray| if round / 4 % 2 == 0 || is_common(&ray) { ray } else { random.ray() })
-            .map(|ray| Ray { origin: ray.origin * scale + Vec3::splat(offset), ..ray })
-            .collect();
-        for set in Instructions::all() {
-            let mut prepared = Numbers::ZERO;
-            let boxes: Vec<_> = (0..8)
-                .map(|_| {
-                    // Flat and small ones too, some touching a ray's origin.
-                    let ray = &given[(random.bits() % 64) as usize];
-                    let place = ray.origin + ray.direction * random.unit();
-                    let usable = place.is_finite() && random.bits().is_multiple_of(2);
-                    let a =
-                        if usable { place } else { random.point() * scale + Vec3::splat(offset) };
-                    let mut b = a + random.point()
-                        * scale
-                        * [0.001, 0.1, 1.0][(random.bits() % 3) as usize];
-                    if random.bits().is_multiple_of(3) {
-                        b.x = a.x;
-                    }
-                    let (lower, upper) = (scene.min, scene.max);
-                    Aabb::of_points([a.clamp(lower, upper), b.clamp(lower, upper)])
-                })
-                .collect();
-            let node =
-                Node8::new(&boxes.iter().map(|b| (ChildRef::inner(0), *b)).collect::<Vec<_>>());
-            let (masks, sorted) = match set.0 {
-                Set::Portable => masks(Portable, Portable, &mut prepared, &scene, &given, &node),
-                #[cfg(target_arch = "x86_64")]
-                Set::Avx2(avx2) => masks(avx2, avx2, &mut prepared, &scene, &given, &node),
-                #[cfg(target_arch = "x86_64")]
-                Set::Avx512(avx2, avx512) => {
-                    masks(avx2, avx512, &mut prepared, &scene, &given, &node)
-                }
-            };
-            spared += sorted;
-            for (index, ray) in given.iter().enumerate() {
-                let scalar = PreparedRay::new(ray, &scene);
-                assert_eq!(masks[index].is_some(), scalar.is_some(), "{ray:?}");
-                let Some((scalar, [alone, within])) = scalar.zip(masks[index]) else { continue };
-                for (slot, bounds) in boxes.iter().enumerate() {
-                    let found = alone & within & 1 << slot != 0;
-                    assert!(found || scalar.enter(bounds).is_none(), "{set:?} {ray:?} {bounds:?}");
-                    met += u32::from(found);
-                    missed += u32::from(!found);
-                }
-            }
-        }
-    }
-    assert!(spared > 5000, "{spared}");
-    assert!(met > 100_000 && missed > 500_000, "{met} met, {missed} missed");
-}
-
-/// The words of a node's children, as they are put on a stack.
-fn unloaded<W: Wide>(w: W, words: W::Words, here: u64, some: u32) -> [u64; WIDTH] {
-    let (mut children, mut rays) = ([ChildRef::UNUSED; WIDTH], [7; WIDTH]);
-    let slots = std::array::from_fn(ChildRef::inner);
-    let len = w.unload(words, here, &slots, some, (&mut children, &mut rays));
-    let children = children[..len].iter().map(|child| child.node_index());
-    assert!(children.clone().is_sorted_by(|a, b| a > b), "the last first");
-    let mut words = [0; WIDTH];
-    children.zip(rays).for_each(|(slot, rays)| words[slot] = rays);
-    words
-}
-
-#[test]
-fn words_of_children_are_those_of_rays_one_by_one() {
-    fn check<S: Simd, W: Wide>(s: S, w: W) -> u32 {
-        let mut random = Random::new(0x3d);
-        let mut picked = 0;
-        for _ in 0..2000 {
-            let bits = |random: &mut Random| (random.bits() & random.bits()) as u32 & 255;
-            let children: [u32; STREAM] = std::array::from_fn(|_| bits(&mut random));
-            let (here, some) = (random.bits(), bits(&mut random));
-            let mut words = w.words([0; WIDTH]);
-            for (index, children) in children.into_iter().enumerate() {
-                words = w.with_ray(words, children, index);
-            }
-            let word = |slot: usize| {
-                let met =
-                    |(index, children): (usize, &u32)| u64::from(children >> slot & 1) << index;
-                children.iter().enumerate().map(met).fold(0, |all, bit| all | bit)
-            };
-            let expected =
-                std::array::from_fn(
-                    |slot| if some >> slot & 1 == 0 { 0 } else { word(slot) & here },
-                );
-            assert_eq!(unloaded(w, words, here, some), expected);
-            let slots = std::array::from_fn(ChildRef::inner);
-            let mut children = [ChildRef::UNUSED; WIDTH];
-            s.pick(&slots, some, &mut children);
-            let downwards = (0..WIDTH).rev().filter(|slot| some >> slot & 1 != 0);
-            for (child, slot) in children.iter().zip(downwards) {
-                assert_eq!(child.node_index(), slot);
-                picked += 1;
-            }
-        }
-        picked
-    }
-    for set in Instructions::all() {
-        let picked = match set.0 {
-            Set::Portable => check(Portable, Portable),
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx2(avx2) => avx2.run(|| check(avx2, avx2)),
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx512(avx2, avx512) => avx512.run(|| check(avx2, avx512)),
-        };
-        assert!(picked > 3000, "{picked}");
-    }
-}
-
-fn is_common(ray: &Ray) -> bool {
-    let length = ray.direction.abs().max_element();
-    ray.origin.is_finite()
-        && ray.direction.is_finite()
-        && ray.t_min <= ray.t_max
-        && (1e-5..1e5).contains(&length)
-}
-
-/// The children that each valid ray meets, alone and as one of a group whose stream's box is known; and
-/// how many children that spared from being asked of each ray.
-fn masks<S: Simd, W: Wide>(
-    s: S,
-    w: W,
-    numbers: &mut Numbers,
-    scene: &Aabb,
-    rays: &[Ray],
-    node: &Node8,
-) -> (Vec<Option<[u32; 2]>>, u32) {
-    w.run(|| {
-        let (mut masks, mut spared) = (vec![None; rays.len()], 0);
-        let (mut places, mut lists) = (Vec::new(), Default::default());
-        places_by_octant::<S, W>(s, rays, &mut places, &mut lists);
-        for places in places.chunks(STREAM) {
-            let mesh = TriangleMesh::default();
-            let target = Target { bounds: scene, mesh: &mesh, mode: Mode::Exact };
-            let prepared = Rays::new(s, w, numbers, target, rays, places);
-            let active = prepared.valid;
-            let by_group = |around: &Around| {
-                let words = group::node_by_group(s, w, node, &prepared, around, active);
-                unloaded(w, words, active, node.occupied())
-            };
-            let around = Around::new(w, &prepared);
-            let (all, some) = around.sort(s, node);
-            spared += (all | !some & node.occupied()).count_ones();
-            let (asked, within) = (by_group(&Around::UNBOUNDED), by_group(&around));
-            for (index, &place) in places.iter().enumerate() {
-                if active >> index & 1 != 0 {
-                    let octant = prepared.octants[index / W::GROUP];
-                    let alone = one_ray::OneRay::new(s, &prepared, index, octant).meets(s, node);
-                    let [asked, within] = [asked, within].map(|words| {
-                        let bit = |slot: usize| ((words[slot] >> index & 1) as u32) << slot;
-                        (0..WIDTH).fold(0, |all, slot| all | bit(slot))
-                    });
-                    assert_eq!(alone, asked, "{:?}", rays[usize::from(place)]);
-                    masks[usize::from(place)] = Some([alone, within]);
-                }
-            }
-        }
-        (masks, spared)
-    })
 }
