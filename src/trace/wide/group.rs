@@ -163,7 +163,7 @@ pub(super) fn leaf_by_group<W: Wide>(
                 stack.doubt_all(group * W::GROUP, doubtful & !any_hits, id);
             }
         }
-        if occluders.are_kept() && any_hits != 0 {
+        if any_hits != 0 {
             for (triangle, hits) in hits[..count].iter().enumerate() {
                 occluders.note(rays.octants[group], (number, leaf), triangle, hits & here);
                 here &= !hits;

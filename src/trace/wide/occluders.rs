@@ -97,11 +97,6 @@ impl Occluders {
         rays & !left
     }
 
-    /// Whether [`note`](Self::note) remembers anything.
-    pub(super) fn are_kept(&self) -> bool {
-        self.is_kept
-    }
-
     /// A triangle stopped `hits` of a group of rays, which the occluders had let pass.
     #[inline(always)]
     pub(super) fn note(&mut self, octant: u8, leaf: (u32, ChildRef), triangle: usize, hits: u64) {
