@@ -1,7 +1,7 @@
 //! The operations on groups of sixteen rays of x86-64 processors with AVX-512.
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
-use super::rays::Row;
+use super::rays::{Row, STREAM};
 use super::simd::{LANES, Vector, Wide};
 pub(super) use crate::processor::Avx512;
 use crate::tree::ChildRef;
@@ -162,6 +162,25 @@ impl Wide for Avx512 {
             _mm512_storeu_si512(to.1.as_mut_ptr().cast(), _mm512_maskz_compress_epi64(there, met));
             there.count_ones() as usize
         }
+    }
+
+    #[inline(always)]
+    fn numbers_of_bits(self, bits: u64, first: u16, to: &mut [u16; STREAM]) -> usize {
+        let mut len = 0;
+        for quarter in 0..4 {
+            let bits = (bits >> (16 * quarter)) as u16;
+            let first = i32::from(first) + 16 * quarter;
+            let to: &mut [u16; 16] = (&mut to[len..len + 16]).try_into().expect("sixteen");
+            // SAFETY: as in `avx512!`; the sixteen numbers behind the reference may be written.
+            unsafe {
+                let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+                let numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(first));
+                let numbers = _mm512_maskz_compress_epi32(bits, numbers);
+                _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm512_cvtepi32_epi16(numbers));
+            }
+            len += bits.count_ones() as usize;
+        }
+        len
     }
 
     #[inline(always)]

@@ -149,8 +149,8 @@ fn masks<S: Simd, W: Wide>(
 ) -> (Vec<Option<[u32; 2]>>, u32) {
     w.run(|| {
         let (mut masks, mut spared) = (vec![None; rays.len()], 0);
-        let (mut places, mut lists) = (Vec::new(), Default::default());
-        places_by_octant::<S, W>(s, rays, &mut places, &mut lists);
+        let mut places = Places::default();
+        let places = places.by_octant(s, w, rays);
         for places in places.chunks(STREAM) {
             let mesh = TriangleMesh::default();
             let target = Target { bounds: scene, mesh: &mesh, mode: Mode::Exact };

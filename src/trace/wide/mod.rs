@@ -31,7 +31,7 @@ use crate::ray::{Hit, Ray, VisitCounts};
 use crate::trace::shaft::Entry;
 use crate::tree::{Bvh8, Node8};
 use occluders::Occluders;
-use octants::places_by_octant;
+use octants::Places;
 use rays::{NOBODY, Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
 use stack::Stack;
@@ -93,9 +93,8 @@ impl Instructions {
 pub struct Scratch {
     numbers: Numbers,
     stack: Stack,
-    /// Places of rays in the batch, in the order in which streams take them.
-    places: Vec<u16>,
-    lists: [Vec<u16>; 8],
+    /// Of rays in the batch, in the order in which streams take them.
+    places: Places,
     /// One for each ray of the batch.
     answers: Vec<u8>,
     /// Those of each stratum, and of rays for which none are tried.
@@ -110,8 +109,7 @@ impl Default for Scratch {
         Self {
             numbers: Numbers::ZERO,
             stack: Stack::EMPTY,
-            places: Vec::new(),
-            lists: Default::default(),
+            places: Places::default(),
             answers: Vec::new(),
             occluders: std::array::from_fn(|stratum| Occluders::new(stratum < STRATA)),
             stopped_early: 0,
@@ -325,15 +323,14 @@ impl Batch<'_> {
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { numbers, stack, places, lists, answers, occluders, stopped_early, .. } =
+        let Scratch { numbers, stack, places, answers, occluders, stopped_early, .. } =
             scratch;
         let occluders = occluders[stratum.map_or(STRATA, |s| s % STRATA)].of_tree(tree.id);
         let target = Target { bounds: &tree.bounds, mesh, mode };
-        places_by_octant::<S, W>(s, rays, places, lists);
         // Bytes, as bits of one word would wait for each other.
         answers.clear();
         answers.resize(rays.len().next_multiple_of(STREAM), 0);
-        for places in places.chunks(STREAM) {
+        for places in places.by_octant(s, w, rays).chunks(STREAM) {
             let prepared = Rays::new(s, w, numbers, target, rays, places);
             let mut hits = if one_by_one {
                 stream::any_hit_one_by_one(s, w, start, &prepared, stack, occluders, tally)
@@ -411,11 +408,10 @@ impl ClosestBatch<'_> {
     #[inline(always)]
     fn trace<S: Simd, W: Wide>(self, s: S, w: W, scratch: &mut Scratch) {
         let Self { structure, mesh, rays, hits } = self;
-        let Scratch { numbers, places, lists, closest, .. } = scratch;
+        let Scratch { numbers, places, closest, .. } = scratch;
         // Distances are those of the plain test.
         let target = Target { bounds: &structure.top().bounds, mesh, mode: Mode::Fast };
-        places_by_octant::<S, W>(s, rays, places, lists);
-        for places in places.chunks(STREAM) {
+        for places in places.by_octant(s, w, rays).chunks(STREAM) {
             let mut prepared = Rays::new(s, w, numbers, target, rays, places);
             closest_stream::closest_hits(s, w, structure, &mut prepared, closest, |index, hit| {
                 hits[usize::from(places[index])] = Some(hit);

@@ -5,7 +5,7 @@
 //! [`mul_sub`](Vector::mul_sub), which may round once or twice: what is computed with them allows
 //! for either.
 
-use super::rays::Row;
+use super::rays::{Row, STREAM};
 use crate::ray::Ray;
 use crate::tree::ChildRef;
 
@@ -126,7 +126,39 @@ pub(super) trait Wide: Vector {
     fn store(self, row: &mut Row, group: usize, value: Self::Floats);
     /// The words of these children.
     fn words(self, words: [u64; LANES]) -> Self::Words;
+    /// Writes the numbers of the bits that are set, counted from `first`, and whatever after them; returns how
+    /// many there are.
+    #[inline(always)]
+    fn numbers_of_bits(self, bits: u64, first: u16, to: &mut [u16; STREAM]) -> usize {
+        let mut len = 0;
+        // Eight bits at a time and without branches, as no processor foresees them.
+        for (byte, bits) in bits.to_le_bytes().into_iter().enumerate() {
+            let first = first + (byte * LANES) as u16;
+            let numbers = NUMBERS_OF_BITS[usize::from(bits)].map(|n| first + u16::from(n));
+            to[len..len + LANES].copy_from_slice(&numbers);
+            len += bits.count_ones() as usize;
+        }
+        len
+    }
 }
+
+/// For each byte the numbers of the bits that are set, and zeros.
+static NUMBERS_OF_BITS: [[u8; LANES]; 256] = {
+    let mut all = [[0; LANES]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut bit, mut len) = (0, 0);
+        while bit < 8 {
+            if byte >> bit & 1 == 1 {
+                all[byte][len] = bit as u8;
+                len += 1;
+            }
+            bit += 1;
+        }
+        byte += 1;
+    }
+    all
+};
 
 /// Groups of eight for those whose registers hold eight numbers.
 macro_rules! groups_of_eight {

@@ -19,10 +19,10 @@ pub(super) const ACTIVE_IN_LEAF: u32 = 1;
 #[inline(always)]
 pub(super) fn prefetch<S: Simd>(s: S, tree: &Bvh8, child: ChildRef) {
     if child.is_leaf() {
-        let block = &tree.leaves[child.leaf_slots().start * LEAF_ROWS..];
-        // The shortest block ends in the first line or the next one.
-        s.prefetch(&block[0]);
-        s.prefetch(&block[LEAF_ROWS - 1]);
+        let slots = child.leaf_slots();
+        let block = &tree.leaves[slots.start * LEAF_ROWS..][..slots.len() * LEAF_ROWS];
+        block.chunks(16).for_each(|line| s.prefetch(&line[0]));
+        s.prefetch(&block[block.len() - 1]);
     } else {
         let node = &tree.nodes[child.node_index()];
         node.planes.iter().for_each(|planes| s.prefetch(planes));
