@@ -190,6 +190,11 @@ impl Simd for Avx2 {
         unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
     }
     #[inline(always)]
+    fn prefetch_ahead<T>(self, place: *const T) {
+        // SAFETY: a hint, which reads nothing, wherever that is.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(place.cast()) }
+    }
+    #[inline(always)]
     fn octant(self, ray: &Ray) -> u8 {
         let [.., x, y, z, t_max] = numbers(ray);
         (avx2!(_mm_movemask_ps(_mm_setr_ps(x, y, z, t_max))) & 7) as u8

@@ -150,11 +150,10 @@ fn masks<S: Simd, W: Wide>(
     w.run(|| {
         let (mut masks, mut spared) = (vec![None; rays.len()], 0);
         let mut places = Places::default();
-        let places = places.by_octant(s, w, rays);
-        for places in places.chunks(STREAM) {
+        for picked in places.by_octant(s, w, rays) {
             let mesh = TriangleMesh::default();
             let target = Target { bounds: scene, mesh: &mesh, mode: Mode::Exact };
-            let prepared = Rays::new(s, w, numbers, target, rays, places);
+            let prepared = Rays::new(s, w, numbers, target, picked);
             let active = prepared.valid;
             let by_group = |around: &Around| {
                 let words = group::node_by_group(s, w, node, &prepared, around, active);
@@ -164,7 +163,7 @@ fn masks<S: Simd, W: Wide>(
             let (all, some) = around.sort(s, node);
             spared += (all | !some & node.occupied()).count_ones();
             let (asked, within) = (by_group(&Around::UNBOUNDED), by_group(&around));
-            for (index, &place) in places.iter().enumerate() {
+            for (index, &place) in picked.places.iter().enumerate() {
                 if active >> index & 1 != 0 {
                     let octant = prepared.octants[index / W::GROUP];
                     let alone = one_ray::OneRay::new(s, &prepared, index, octant).meets(s, node);

@@ -31,8 +31,8 @@ use crate::ray::{Hit, Ray, VisitCounts};
 use crate::trace::shaft::Entry;
 use crate::tree::{Bvh8, Node8};
 use occluders::Occluders;
-use octants::Places;
-use rays::{NOBODY, Numbers, Rays, STREAM, Target};
+use octants::{Picked, Places};
+use rays::{Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
 use stack::Stack;
 use stream::{Start, Trees, Triangles};
@@ -201,15 +201,15 @@ pub fn any_hit_counted(
 trait Tally: PacketCounter {
     /// Places of rays count from this one on.
     fn begin(&mut self, first: usize);
-    /// The stream is done, whose rays have these places in the batch.
-    fn next_stream(&mut self, places: &[u16]);
+    /// The stream of these rays is done.
+    fn next_stream(&mut self, picked: Picked<'_>);
 }
 
 impl Tally for NoCount {
     #[inline(always)]
     fn begin(&mut self, _: usize) {}
     #[inline(always)]
-    fn next_stream(&mut self, _: &[u16]) {}
+    fn next_stream(&mut self, _: Picked<'_>) {}
 }
 
 struct Counts<'a> {
@@ -234,12 +234,12 @@ impl Tally for Counts<'_> {
     fn begin(&mut self, first: usize) {
         self.first = first;
     }
-    fn next_stream(&mut self, places: &[u16]) {
-        for (place, counts) in places.iter().zip(&mut self.of_stream) {
-            if *place & NOBODY == 0 {
-                self.of_all[self.first + usize::from(*place)] += *counts;
+    fn next_stream(&mut self, picked: Picked<'_>) {
+        for (index, place) in picked.places.iter().enumerate() {
+            let counts = std::mem::take(&mut self.of_stream[index]);
+            if picked.there >> index & 1 != 0 {
+                self.of_all[self.first + usize::from(*place)] += counts;
             }
-            *counts = VisitCounts::default();
         }
     }
 }
@@ -323,23 +323,22 @@ impl Batch<'_> {
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { numbers, stack, places, answers, occluders, stopped_early, .. } =
-            scratch;
+        let Scratch { numbers, stack, places, answers, occluders, stopped_early, .. } = scratch;
         let occluders = occluders[stratum.map_or(STRATA, |s| s % STRATA)].of_tree(tree.id);
         let target = Target { bounds: &tree.bounds, mesh, mode };
         // Bytes, as bits of one word would wait for each other.
         answers.clear();
         answers.resize(rays.len().next_multiple_of(STREAM), 0);
-        for places in places.by_octant(s, w, rays).chunks(STREAM) {
-            let prepared = Rays::new(s, w, numbers, target, rays, places);
+        for picked in places.by_octant(s, w, rays) {
+            let prepared = Rays::new(s, w, numbers, target, picked);
             let mut hits = if one_by_one {
                 stream::any_hit_one_by_one(s, w, start, &prepared, stack, occluders, tally)
             } else {
                 stream::any_hit(s, w, start, &prepared, stack, occluders, tally)
             };
-            tally.next_stream(places);
+            tally.next_stream(picked);
             while hits != 0 {
-                answers[usize::from(places[hits.trailing_zeros() as usize])] = 1;
+                answers[usize::from(picked.places[hits.trailing_zeros() as usize])] = 1;
                 hits &= hits - 1;
             }
         }
@@ -411,10 +410,10 @@ impl ClosestBatch<'_> {
         let Scratch { numbers, places, closest, .. } = scratch;
         // Distances are those of the plain test.
         let target = Target { bounds: &structure.top().bounds, mesh, mode: Mode::Fast };
-        for places in places.by_octant(s, w, rays).chunks(STREAM) {
-            let mut prepared = Rays::new(s, w, numbers, target, rays, places);
+        for picked in places.by_octant(s, w, rays) {
+            let mut prepared = Rays::new(s, w, numbers, target, picked);
             closest_stream::closest_hits(s, w, structure, &mut prepared, closest, |index, hit| {
-                hits[usize::from(places[index])] = Some(hit);
+                hits[usize::from(picked.places[index])] = Some(hit);
             });
         }
     }

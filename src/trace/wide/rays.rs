@@ -29,8 +29,8 @@
 //! own rounding.
 
 use super::around::Around;
-use super::group::of_group;
 use super::leaf::{ANY_HEIGHT_SLACK, EDGE_SLACK_FAST, END_SLACK, SLOPE_SLACK, UNDERFLOW};
+use super::octants::Picked;
 use super::simd::{LANES, Simd, Wide};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::{Mode, PreparedRay, Stage};
@@ -56,9 +56,6 @@ const LONGEST: f32 = (1u64 << 20) as f32;
 const FARTHEST: f32 = (1u64 << 40) as f32;
 /// As [`PreparedRay`] has it.
 const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
-
-/// Where a place has no ray of its own; what is left of it names another one's.
-pub(super) const NOBODY: u16 = 1 << 15;
 
 /// One number for each ray.
 #[derive(Clone, Copy)]
@@ -153,8 +150,7 @@ pub(super) struct Target<'a> {
 pub(super) struct Rays<'a> {
     numbers: &'a mut Numbers,
     target: Target<'a>,
-    given: &'a [Ray],
-    places: &'a [u16],
+    picked: Picked<'a>,
     /// One bit for each ray that may hit something.
     pub(super) valid: u64,
     /// Whether none is odd.
@@ -172,37 +168,33 @@ impl std::ops::Deref for Rays<'_> {
 }
 
 impl<'a> Rays<'a> {
-    /// Up to 64 of the rays given, by their places among them; there is none where a place has
-    /// [`NOBODY`].
+    /// Those picked, up to 64.
     #[inline(always)]
     pub(super) fn new<S: Simd, W: Wide>(
         s: S,
         w: W,
         numbers: &'a mut Numbers,
         target: Target<'a>,
-        given: &'a [Ray],
-        places: &'a [u16],
+        picked: Picked<'a>,
     ) -> Self {
-        let mut there = 0;
+        let Picked { batch: given, places, there, ahead } = picked;
         for (group, places) in places.as_chunks::<LANES>().0.iter().enumerate() {
-            // Lanes without a ray hold another one's, so that all numbers are usable.
-            let mut rays = [&given[usize::from(places[0] & !NOBODY)]; LANES];
-            let mut lanes = u64::from(places[0] & NOBODY == 0);
+            let mut rays = [&given[usize::from(places[0])]; LANES];
             for (lane, place) in places.iter().enumerate().skip(1) {
-                rays[lane] = &given[usize::from(place & !NOBODY)];
-                lanes |= u64::from(place & NOBODY == 0) << lane;
+                rays[lane] = &given[usize::from(*place)];
             }
             numbers.take(s, group, rays);
-            there |= lanes << (group * LANES);
         }
         let mut plain = 0;
-        for group in 0..places.len().div_ceil(W::GROUP) {
-            let lanes = of_group::<W>(there, group);
-            if lanes != 0 {
-                plain |= numbers.prepare(w, group, target) << (group * W::GROUP);
-                let any = group * W::GROUP + lanes.trailing_zeros() as usize;
-                numbers.octants[group] = s.octant(&given[usize::from(places[any])]);
+        for group in 0..places.len() / W::GROUP {
+            // Batches of a set lie one after the other. A few lines at a time, as only so many are under way.
+            if given.len() >= STREAM {
+                for pair in 0..W::GROUP / 2 {
+                    s.prefetch_ahead(ahead.wrapping_add(group * W::GROUP + 2 * pair));
+                }
             }
+            plain |= numbers.prepare(w, group, target) << (group * W::GROUP);
+            numbers.octants[group] = s.octant(&given[usize::from(places[group * W::GROUP])]);
         }
         let mut valid = there & plain;
         let mut odd = there & !plain;
@@ -213,7 +205,7 @@ impl<'a> Rays<'a> {
             odd &= odd - 1;
         }
         let are_plain = there & !plain == 0;
-        Self { numbers, target, given, places, valid, are_plain, around: OnceCell::new() }
+        Self { numbers, target, picked, valid, are_plain, around: OnceCell::new() }
     }
 
     /// The ray with this number in the stream, prepared for the scalar tests.
@@ -224,7 +216,7 @@ impl<'a> Rays<'a> {
 
     /// The ray with this number in the stream.
     pub(super) fn given(&self, index: usize) -> &Ray {
-        &self.given[usize::from(self.places[index] & !NOBODY)]
+        &self.picked.batch[usize::from(self.picked.places[index])]
     }
 
     /// What holds them all, found when it is asked for first.

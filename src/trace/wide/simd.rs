@@ -95,6 +95,9 @@ pub(super) trait Simd: Vector {
     /// Has what lies at the address brought near, if the processor can.
     #[inline(always)]
     fn prefetch<T>(self, _place: &T) {}
+    /// Has what lies at any address brought nearer than memory, if there is something and the processor can.
+    #[inline(always)]
+    fn prefetch_ahead<T>(self, _place: *const T) {}
     /// The signs of a ray's direction, one bit for each axis.
     #[inline(always)]
     fn octant(self, ray: &Ray) -> u8 {
