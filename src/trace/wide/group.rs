@@ -73,7 +73,8 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
     active: u64,
 ) -> W::Words {
     let (all, some) = around.sort(s, node);
-    let mut words = [0u64; WIDTH];
+    // Each result is written once: words would be read again for each group.
+    let mut bytes = [[0u8; 8]; WIDTH];
     let some = some & !all;
     for group in 0..STREAM / W::GROUP {
         if of_group::<W>(active, group) == 0 {
@@ -84,9 +85,12 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
         while left != 0 {
             let slot = left.trailing_zeros() as usize % WIDTH;
             left &= left - 1;
-            words[slot] |= w.bits(slabs.meets(w, node, slot, slabs.begin).0) << (group * W::GROUP);
+            let bits = w.bits(slabs.meets(w, node, slot, slabs.begin).0).to_le_bytes();
+            let size = W::GROUP / 8;
+            bytes[slot][group * size..][..size].copy_from_slice(&bits[..size]);
         }
     }
+    let mut words = bytes.map(u64::from_le_bytes);
     // All ones where all rays start inside.
     for (slot, word) in words.iter_mut().enumerate() {
         *word |= 0u64.wrapping_sub(u64::from(all >> slot & 1));
