@@ -4,6 +4,7 @@
 //! change, in either [`Mode`], and what is left is given to the scalar tests. So neither width nor
 //! instruction set nor order shows in an answer.
 
+mod alone;
 mod around;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -30,6 +31,7 @@ use crate::processor;
 use crate::ray::{Hit, Ray, VisitCounts};
 use crate::trace::shaft::Entry;
 use crate::tree::{Bvh8, Node8};
+use alone::Habit;
 use occluders::Occluders;
 use octants::{Picked, Places};
 use rays::{Numbers, Rays, STREAM, Target};
@@ -99,6 +101,8 @@ pub struct Scratch {
     answers: Vec<u8>,
     /// Those of each stratum, and of rays for which none are tried.
     occluders: [Occluders; STRATA + 1],
+    /// Likewise, how much rays are alone.
+    habits: [Habit; STRATA + 1],
     /// Rays of the last call that an occluder stopped first.
     stopped_early: u64,
     closest: closest_stream::Memory,
@@ -112,6 +116,7 @@ impl Default for Scratch {
             places: Places::default(),
             answers: Vec::new(),
             occluders: std::array::from_fn(|stratum| Occluders::new(stratum < STRATA)),
+            habits: Default::default(),
             stopped_early: 0,
             closest: closest_stream::Memory::EMPTY,
         }
@@ -323,19 +328,23 @@ impl Batch<'_> {
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { numbers, stack, places, answers, occluders, stopped_early, .. } = scratch;
-        let occluders = occluders[stratum.map_or(STRATA, |s| s % STRATA)].of_tree(tree.id);
+        let Scratch { numbers, stack, places, answers, occluders, habits, stopped_early, .. } =
+            scratch;
+        let kind = stratum.map_or(STRATA, |s| s % STRATA);
+        let (occluders, habit) = (occluders[kind].of_tree(tree.id), &mut habits[kind]);
         let target = Target { bounds: &tree.bounds, mesh, mode };
         // Bytes, as bits of one word would wait for each other.
         answers.clear();
         answers.resize(rays.len().next_multiple_of(STREAM), 0);
         for picked in places.by_octant(s, w, rays) {
             let prepared = Rays::new(s, w, numbers, target, picked);
+            stack.alone.expect(*habit);
             let mut hits = if one_by_one {
                 stream::any_hit_one_by_one(s, w, start, &prepared, stack, occluders, tally)
             } else {
                 stream::any_hit(s, w, start, &prepared, stack, occluders, tally)
             };
+            stack.alone.learn(habit, picked.there.count_ones());
             tally.next_stream(picked);
             while hits != 0 {
                 answers[usize::from(picked.places[hits.trailing_zeros() as usize])] = 1;

@@ -1,5 +1,6 @@
 //! What a stream has still to visit, and to settle.
 
+use super::alone::Alone;
 use super::rays::Rays;
 use super::simd::Simd;
 use crate::trace::packet::PacketCounter;
@@ -17,6 +18,8 @@ pub(super) struct Stack {
     children: [ChildRef; Self::ROOM],
     rays: [u64; Self::ROOM],
     len: usize,
+    /// Rays that go on alone when all else is done.
+    pub(super) alone: Alone,
     /// Leaves to visit last, with the rays that meet them, and how many have been visited.
     put_off: Vec<Pending>,
     made_up: usize,
@@ -32,6 +35,7 @@ impl Stack {
         children: [ChildRef::UNUSED; Self::ROOM],
         rays: [0; Self::ROOM],
         len: 0,
+        alone: Alone::EMPTY,
         put_off: Vec::new(),
         made_up: 0,
         doubts: Vec::new(),

@@ -1,5 +1,6 @@
 //! Up to 64 rays through the tree together: each node is visited once for all of them.
 
+use super::alone;
 use super::group::{groups, leaf_by_group, node_by_group, stopped_by_occluders};
 use super::leaf::hits_leaf;
 use super::occluders::Occluders;
@@ -207,6 +208,7 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
 ) -> u64 {
     let all = alive;
     let tree = trees.tree();
+    let sets_aside = !T::PUTS_OFF && stack.alone.is_wanted && tree.is_large();
     loop {
         let (node, here) = if let Some(entry) = first.take() {
             (entry, alive)
@@ -221,6 +223,11 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
                 prefetch(s, tree, next);
             }
             if here & (here - 1) == 0 {
+                if sets_aside {
+                    prefetch(s, tree, child);
+                    stack.alone.set_aside(here.trailing_zeros() as usize, child);
+                    continue;
+                }
                 let index = here.trailing_zeros() as usize;
                 if one_ray::<T, S, W, C>(s, w, trees, rays, index, child, stack, counter) {
                     alive &= !here;
@@ -244,6 +251,9 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
         // Without a branch for each child, as no processor foresees them.
         let met = w.unload(words, here, &node.children, node.occupied(), stack.next());
         stack.added(met);
+    }
+    if sets_aside {
+        alive &= !alone::any_hit(s, w, trees, rays, alive, stack, counter);
     }
     all & !alive
 }
@@ -345,6 +355,7 @@ pub(super) fn one_ray<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     let mut current = child;
     loop {
         counter.node(1 << index);
+        stack.alone.steps += 1;
         if current.is_leaf() {
             if trees.stops_in_leaf(s, w, current, rays, index, stack, counter) {
                 stack.cut(base);
