@@ -30,9 +30,10 @@ pub(super) struct Arguments {
     /// with --quick]
     #[arg(long, num_args = 2, value_names = ["W", "H"])]
     size: Option<Vec<u32>>,
-    /// Shadow rays of each kind for a camera ray
-    #[arg(long, value_name = "N", default_value_t = 4)]
-    spp: u32,
+    /// Shadow rays of each kind for a camera ray [default: 4, or 16, as `sato render` has, without the
+    /// paper's experiments and --quick]
+    #[arg(long, value_name = "N")]
+    spp: Option<u32>,
     /// Small and short, to see that all works: few rays, few rounds and, unless scenes are named,
     /// the smaller three of the six
     #[arg(long)]
@@ -74,10 +75,11 @@ fn bench(arguments: &Arguments) -> Result<()> {
         (_, false) => names(&PAPER_SCENES),
     };
     let default_size = if *quick { [64, 36] } else { [256, 144] };
+    let is_small = *quick || experiments.iter().any(|e| e.of_the_paper);
     let settings = Settings {
         rounds: arguments.rounds.unwrap_or(if *quick { 3 } else { 11 }) as usize,
         size: arguments.size.as_ref().map_or(default_size, |s| [s[0], s[1]]),
-        spp: arguments.spp,
+        spp: arguments.spp.unwrap_or(if is_small { 4 } else { 16 }),
         seed: run.seed,
         backends: arguments.backend.clone(),
     };
