@@ -20,9 +20,11 @@ pub(super) fn run() -> Result<()> {
         }
         for key in entry.all_keys() {
             let _ = writeln!(text, "      {}=  {}", key.name, key.about);
-            for choice in (key.choices)() {
+            let choices = (key.choices)();
+            let width = choices.iter().map(|choice| choice.name.len()).max().unwrap_or(0);
+            for choice in choices {
                 let mark = if choice.name == key.default { " (default)" } else { "" };
-                let _ = writeln!(text, "          {:<10} {}{mark}", choice.name, choice.about);
+                let _ = writeln!(text, "          {:<width$} {}{mark}", choice.name, choice.about);
             }
         }
     }

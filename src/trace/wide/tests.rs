@@ -2,7 +2,7 @@ use super::*;
 use crate::build::{self, WideCosts};
 use crate::geometry::{Triangle, TriangleMesh, Vec3};
 use crate::intersect::{Exact, Fast, PreparedRay, TriangleTest};
-use crate::ray::words_for;
+use crate::ray::{Hit, words_for};
 use crate::test_random::Random;
 use crate::trace::single;
 use crate::tree::{Bvh2, Plan};
