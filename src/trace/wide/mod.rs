@@ -71,14 +71,12 @@ impl Instructions {
 
     /// All that this processor has, the best last.
     pub fn all() -> Vec<Self> {
-        let mut all = vec![Self::PORTABLE];
+        let all = [Self::PORTABLE].into_iter();
         #[cfg(target_arch = "x86_64")]
-        {
-            all.extend(avx2::Avx2::detect().map(|avx2| Self(Set::Avx2(avx2))));
-            let avx512 = avx512::Avx512::detect();
-            all.extend(avx512.map(|(avx2, avx512)| Self(Set::Avx512(avx2, avx512))));
-        }
-        all
+        let all = all
+            .chain(avx2::Avx2::detect().map(|avx2| Self(Set::Avx2(avx2))))
+            .chain(avx512::Avx512::detect().map(|(avx2, avx512)| Self(Set::Avx512(avx2, avx512))));
+        all.collect()
     }
 
     /// As printed beside timings.
