@@ -4,6 +4,7 @@ use super::options::{Run, parse_backend};
 use super::{print, progress};
 use crate::backend::BackendSpec;
 use crate::bench::{self, EXPERIMENTS, ExperimentEntry, PAPER_SCENES, Plan, Settings};
+use crate::render::RenderSettings;
 use crate::{Error, Result};
 use clap::Args;
 use std::path::PathBuf;
@@ -79,7 +80,7 @@ fn bench(arguments: &Arguments) -> Result<()> {
     let settings = Settings {
         rounds: arguments.rounds.unwrap_or(if *quick { 3 } else { 11 }) as usize,
         size: arguments.size.as_ref().map_or(default_size, |s| [s[0], s[1]]),
-        spp: arguments.spp.unwrap_or(if is_small { 4 } else { 16 }),
+        spp: arguments.spp.unwrap_or(if is_small { 4 } else { RenderSettings::DEFAULT_SPP }),
         seed: run.seed,
         backends: arguments.backend.clone(),
     };

@@ -116,6 +116,8 @@ impl RenderSettings {
     pub const MAX_SIDE: u32 = 65_535;
     /// Most pixels of an image.
     pub const MAX_PIXELS: u64 = 1 << 28;
+    /// Shadow rays of one class for a camera ray, unless asked otherwise.
+    pub const DEFAULT_SPP: u32 = 16;
     /// Most shadow rays of one class in a pixel.
     pub const MAX_SAMPLES: u64 = 1 << 24;
 
@@ -124,7 +126,7 @@ impl RenderSettings {
     pub fn of_scene(scene: &crate::scene::Scene) -> Self {
         Self {
             size: scene.defaults.size,
-            spp: 16,
+            spp: Self::DEFAULT_SPP,
             camera_samples: 1,
             seed: 0,
             ao_radius: scene.defaults.ao_radius,

@@ -20,7 +20,7 @@ const AT_ONCE: usize = 8;
 const ROOM: usize = MAX_WIDE_DEPTH * (WIDTH - 1) + 1 + WIDTH;
 
 /// Nodes and leaves that rays of a kind visit alone, for each ray, from which on they are set aside.
-const LONELY: f32 = 1.5;
+const LEAST_STEPS: f32 = 1.5;
 
 /// What is known of rays of one kind.
 #[derive(Clone, Copy, Default)]
@@ -50,7 +50,7 @@ impl Alone {
 
     /// Before a stream of rays of a kind.
     pub(super) fn expect(&mut self, habit: Habit) {
-        self.is_wanted = habit.steps > LONELY;
+        self.is_wanted = habit.steps > LEAST_STEPS;
         self.steps = 0;
     }
 
@@ -91,54 +91,42 @@ pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
 ) -> u64 {
     w.run(
         #[inline(always)]
-        || walk(s, w, trees, rays, alive, stack, counter),
-    )
-}
-
-/// As [`any_hit`].
-#[inline(always)]
-fn walk<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
-    s: S,
-    w: W,
-    trees: T,
-    rays: &Rays<'_>,
-    alive: u64,
-    stack: &mut Stack,
-    counter: &mut C,
-) -> u64 {
-    let mut left = alive;
-    let mut walkers = std::array::from_fn::<_, AT_ONCE, _>(|room| Walker {
-        index: 0,
-        current: ChildRef::UNUSED,
-        room,
-        len: 0,
-    });
-    let (mut begun, mut count) = (0, 0);
-    loop {
-        // As many as there are places for.
-        while count < AT_ONCE && begun < stack.alone.aside.len() {
-            let (index, child) = stack.alone.aside[begun];
-            begun += 1;
-            let walker = &mut walkers[count];
-            (walker.index, walker.current, walker.len) = (index as usize, child, 0);
-            count += 1;
-        }
-        if count == 0 {
-            break;
-        }
-        let mut place = 0;
-        while place < count {
-            let walker = &mut walkers[place % AT_ONCE];
-            if step(s, w, trees, rays, walker, &mut left, stack, counter) {
-                place += 1;
-            } else {
-                count -= 1;
-                walkers.swap(place % AT_ONCE, count % AT_ONCE);
+        || {
+            let mut left = alive;
+            let mut walkers = std::array::from_fn::<_, AT_ONCE, _>(|room| Walker {
+                index: 0,
+                current: ChildRef::UNUSED,
+                room,
+                len: 0,
+            });
+            let (mut begun, mut count) = (0, 0);
+            loop {
+                // As many as there are places for.
+                while count < AT_ONCE && begun < stack.alone.aside.len() {
+                    let (index, child) = stack.alone.aside[begun];
+                    begun += 1;
+                    let walker = &mut walkers[count];
+                    (walker.index, walker.current, walker.len) = (index as usize, child, 0);
+                    count += 1;
+                }
+                if count == 0 {
+                    break;
+                }
+                let mut place = 0;
+                while place < count {
+                    let walker = &mut walkers[place];
+                    if step(s, w, trees, rays, walker, &mut left, stack, counter) {
+                        place += 1;
+                    } else {
+                        count -= 1;
+                        walkers.swap(place, count);
+                    }
+                }
             }
-        }
-    }
-    stack.alone.aside.clear();
-    alive & !left
+            stack.alone.aside.clear();
+            alive & !left
+        },
+    )
 }
 
 /// One node or leaf further; returns whether there is more to visit.
@@ -196,7 +184,7 @@ mod tests {
         Instructions, NoCount, Query, Scratch, Structure, VisitCounts, Way, any_hit,
         any_hit_counted,
     };
-    use super::LONELY;
+    use super::LEAST_STEPS;
     use crate::build::{self, WideCosts};
     use crate::geometry::{TriangleMesh, Vec3};
     use crate::intersect::{Exact, Fast, TriangleTest};
@@ -236,7 +224,7 @@ mod tests {
                     let answer = occluded[index / 64] >> (index % 64) & 1 != 0;
                     assert_eq!(answer, *expected, "{} {round}: {ray:?}", set.name());
                 }
-                assert!(scratch.habits[3].steps > LONELY, "{}", scratch.habits[3].steps);
+                assert!(scratch.habits[3].steps > LEAST_STEPS, "{}", scratch.habits[3].steps);
                 assert_eq!(scratch.habits[4].steps, 0.0);
             }
             // With all set aside, what is counted is what was visited, and somebody's.
