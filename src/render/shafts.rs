@@ -75,29 +75,6 @@ impl Aim {
     }
 }
 
-/// Decides which pixels of a group are looked at on their own: all while that says something, few
-/// while it does not.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Gate {
-    seen: u32,
-    /// Pixels looked at since one of them was lit or blocked as a whole.
-    in_vain: u32,
-}
-
-impl Gate {
-    const PATIENCE: u32 = 4;
-    const STRIDE: u32 = 8;
-
-    pub(super) fn is_open(&mut self) -> bool {
-        self.seen += 1;
-        self.in_vain < Self::PATIENCE || self.seen.is_multiple_of(Self::STRIDE)
-    }
-
-    pub(super) fn note(&mut self, of_use: bool) {
-        self.in_vain = if of_use { 0 } else { self.in_vain + 1 };
-    }
-}
-
 /// Where the rays from these points to a light end, by
 /// [`LightView`](super::soft_shadow::LightView): at most 36 units in the last place of coordinates in
 /// front of a point of the light, and one off by the rounding of directions.

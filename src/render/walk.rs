@@ -10,7 +10,7 @@ use super::plan::{ClassPlan, Plan};
 use super::sampled_light::SampledLight;
 use super::sampler::{Dimension, PixelSampler, Points};
 use super::settings::RayClass;
-use super::shafts::{Aim, Gate, Group, groups};
+use super::shafts::{Aim, Group, groups};
 use super::skip::{Skip, Skips};
 use super::stats::SkippedRays;
 use super::surface::SurfacePoint;
@@ -18,7 +18,7 @@ use super::surface_lanes::points_seen;
 use crate::backend::{Accelerator, Hints};
 use crate::ray::{Hit, Ray};
 use crate::scene::Scene;
-use crate::trace::shaft::{Budget, Entry, Shaft, View};
+use crate::trace::shaft::{Budget, Entry, Gate, Shaft, View};
 use glam::Vec3;
 use std::time::{Duration, Instant};
 

@@ -7,9 +7,11 @@
 //! arithmetic: planes give way by more than `f64` loses here, and shafts of which that cannot be said
 //! are not made.
 
+mod gate;
 mod look;
 mod trees;
 
+pub(crate) use gate::Gate;
 pub use look::{Budget, Entry, Hierarchy, Part, Parts, View, look};
 pub use trees::{Cells, WithMesh};
 

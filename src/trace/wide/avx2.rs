@@ -174,13 +174,30 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn pick(self, children: &[ChildRef; LANES], bits: u32, to: &mut [ChildRef; LANES]) {
-        let numbers: &[u8; LANES] = &BITS_DOWNWARDS[(bits & 255) as usize];
-        // SAFETY: as in `avx2!`; what is behind the references may be read and written, eight bytes of the
-        // table and eight words each of children, which are words of 32 bits.
+        // SAFETY: as in `avx2!`; what is behind the references may be read and written, eight words of 32 bits
+        // each.
         unsafe {
-            let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(numbers.as_ptr().cast()));
             let all = _mm256_loadu_si256(children.as_ptr().cast());
-            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(all, order));
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), self.picked(all, bits));
+        }
+    }
+    #[inline(always)]
+    fn pick_numbers(self, numbers: &[f32; LANES], bits: u32, to: &mut [f32; LANES]) {
+        // SAFETY: as in `pick`.
+        unsafe {
+            let all = _mm256_loadu_si256(numbers.as_ptr().cast());
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), self.picked(all, bits));
+        }
+    }
+    #[inline(always)]
+    fn start_and_end(self, ray: &Ray) -> [__m256; 3] {
+        let ray = std::ptr::from_ref(ray).cast::<f32>();
+        // SAFETY: as in `avx2!`; a ray is eight numbers, in the order of `numbers`.
+        unsafe {
+            let all = _mm256_loadu_ps(ray);
+            let origin = _mm256_broadcast_ps(&*ray.cast());
+            let direction = _mm256_broadcast_ps(&*ray.add(4).cast());
+            [origin, direction, _mm256_permute_ps::<0b11_11_11_11>(all)]
         }
     }
     #[inline(always)]
@@ -220,6 +237,17 @@ static BITS_DOWNWARDS: [[u8; LANES]; 256] = {
 };
 
 impl Avx2 {
+    /// The words that have a bit, the one of the highest bit first, and whatever after them.
+    #[inline(always)]
+    fn picked(self, all: __m256i, bits: u32) -> __m256i {
+        let numbers: &[u8; LANES] = &BITS_DOWNWARDS[(bits & 255) as usize];
+        // SAFETY: as in `avx2!`; the eight bytes behind the reference may be read.
+        unsafe {
+            let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(numbers.as_ptr().cast()));
+            _mm256_permutevar8x32_epi32(all, order)
+        }
+    }
+
     /// Transposes the lower four and the upper four columns of four rows, each on their own.
     #[inline(always)]
     fn transpose_halves(self, [a, b, c, d]: [__m256; 4]) -> [__m256; 4] {

@@ -150,7 +150,8 @@ fn masks<S: Simd, W: Wide>(
     w.run(|| {
         let (mut masks, mut spared) = (vec![None; rays.len()], 0);
         let mut places = Places::default();
-        for picked in places.by_octant(s, w, rays) {
+        places.list(s, w, rays, MOST_SORTED, |_| Plan::Whole);
+        for picked in places.streams(rays) {
             let mesh = TriangleMesh::default();
             let target = Target { bounds: scene, mesh: &mesh, mode: Mode::Exact };
             let prepared = Rays::new(s, w, numbers, target, picked);

@@ -13,7 +13,9 @@ mod avx512;
 mod closest;
 mod closest_batch;
 mod closest_stream;
+mod entry;
 mod group;
+mod hull;
 mod leaf;
 mod occluders;
 mod octants;
@@ -30,11 +32,11 @@ use crate::geometry::TriangleMesh;
 use crate::intersect::{Mode, Stage};
 use crate::processor;
 use crate::ray::{Ray, VisitCounts};
-use crate::trace::shaft::Entry;
+use crate::trace::shaft::{Entry, Gate};
 use crate::tree::{Bvh8, Node8};
 use alone::Habit;
 use occluders::Occluders;
-use octants::{Picked, Places};
+use octants::{Picked, Places, Plan};
 use rays::{Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
 use stack::Stack;
@@ -103,6 +105,10 @@ pub struct Scratch {
     occluders: [Occluders; STRATA + 1],
     /// Likewise, how much rays are alone.
     habits: [Habit; STRATA + 1],
+    /// Likewise, whether looking for where to start tells anything.
+    gates: [Gate; STRATA + 1],
+    /// Where rays start, in place of the root.
+    entries: Vec<Node8>,
     /// Rays of the last call that an occluder stopped first.
     stopped_early: u64,
     closest: closest_stream::Memory,
@@ -117,6 +123,8 @@ impl Default for Scratch {
             answers: Vec::new(),
             occluders: std::array::from_fn(|stratum| Occluders::new(stratum < STRATA)),
             habits: Default::default(),
+            gates: Default::default(),
+            entries: Vec::new(),
             stopped_early: 0,
             closest: closest_stream::Memory::EMPTY,
         }
@@ -322,21 +330,48 @@ impl Batch<'_> {
             children: parts.children,
             len: parts.len as u32,
         });
-        let start = Start { trees, entry: entry.as_ref() };
         let one_by_one = match way {
             Way::Automatic => rays.len() < LEAST_TOGETHER,
             Way::Single => true,
             Way::Stream => false,
         };
-        let Scratch { numbers, stack, places, answers, occluders, habits, stopped_early, .. } =
-            scratch;
+        let Scratch {
+            numbers,
+            stack,
+            places,
+            answers,
+            occluders,
+            habits,
+            gates,
+            entries,
+            stopped_early,
+            ..
+        } = scratch;
         let kind = stratum.map_or(STRATA, |s| s % STRATA);
         let (occluders, habit) = (occluders[kind].of_tree(tree.id), &mut habits[kind]);
         let target = Target { bounds: &tree.bounds, mesh, mode };
         // Bytes, as bits of one word would wait for each other.
         answers.clear();
         answers.resize(rays.len().next_multiple_of(STREAM), 0);
-        for picked in places.by_octant(s, w, rays) {
+        let looks = !one_by_one && entry.is_none();
+        entries.clear();
+        places.list(
+            s,
+            w,
+            rays,
+            entry::RUN,
+            #[inline(always)]
+            |run| {
+                if looks {
+                    entry::plan(s, trees, rays, run, target, &mut gates[kind], entries)
+                } else {
+                    Plan::Whole
+                }
+            },
+        );
+        for picked in places.streams(rays) {
+            let of_run = picked.entry.map(|index| &entries[index]);
+            let start = Start { trees, entry: entry.as_ref().or(of_run) };
             let prepared = Rays::new(s, w, numbers, target, picked);
             stack.alone.expect(*habit);
             let mut hits = if one_by_one {
@@ -361,5 +396,7 @@ impl Batch<'_> {
 
 #[cfg(test)]
 mod box_tests;
+#[cfg(test)]
+mod entry_tests;
 #[cfg(test)]
 mod tests;

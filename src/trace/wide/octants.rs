@@ -12,45 +12,100 @@ pub(super) struct Picked<'a> {
     pub(super) places: &'a [u16],
     /// One bit for each place that has a ray of its own: others repeat one.
     pub(super) there: u64,
+    /// Where they start, if they all do: what was said of them when they were listed.
+    pub(super) entry: Option<usize>,
     /// What follows the batch, as far on as these rays are in it.
     pub(super) ahead: *const Ray,
 }
 
-/// Places of a batch's rays, by octant.
+/// Places of a batch's rays, by octant: first 64 of one octant at a time, then those left over.
 #[derive(Default)]
 pub(super) struct Places {
     /// For 64 rays at a time those of each octant, one bit each.
     words: Vec<[u64; 8]>,
-    /// Octant by octant, each from the start of a group on.
     places: Vec<u16>,
-    /// For 64 places at a time those that do not repeat another one.
-    there: Vec<u64>,
+    left_over: LeftOver,
+    /// For 64 places at a time those that do not repeat another one, and where all of them start.
+    streams: Vec<(u64, Option<usize>)>,
+}
+
+/// What is to be done with rays of an octant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Plan {
+    /// They go through the tree from the root on.
+    Whole,
+    /// They start elsewhere.
+    From(usize),
+    /// There is nothing that they could meet.
+    Nowhere,
 }
 
 impl Places {
-    /// The rays of a batch, 64 places at a time.
+    /// Lists the rays of a batch. Asks `plan` what is to be done with rays of one octant, as many as `run` at a
+    /// time, a multiple of 64.
     #[inline(always)]
-    pub(super) fn by_octant<'a, S: Simd, W: Wide>(
-        &'a mut self,
+    pub(super) fn list<S: Simd, W: Wide>(
+        &mut self,
         s: S,
         w: W,
-        batch: &'a [Ray],
-    ) -> impl Iterator<Item = Picked<'a>> {
-        self.list(s, w, batch);
-        let streams = self.places.chunks(STREAM).zip(&self.there).enumerate();
+        rays: &[Ray],
+        run: usize,
+        mut plan: impl FnMut(&[u16]) -> Plan,
+    ) {
+        let counts = self.sort(s, rays);
+        let Self { words, places, left_over, streams } = self;
+        streams.clear();
+        left_over.clear();
+        // Whatever is written after an octant's places ends here.
+        places.resize(rays.len() + MOST_LEFT_OVER + STREAM, 0);
+        let mut next = 0;
+        for octant in (0..8).filter(|&octant| counts[octant] > 0) {
+            let mut end = next;
+            for (chunk, of_octants) in words.iter().enumerate() {
+                let to = &mut places[end..end + STREAM];
+                let to = to.try_into().expect("as many places as asked for");
+                end += w.numbers_of_bits(of_octants[octant], (chunk * STREAM) as u16, to);
+            }
+            // What fills streams moves up to those before.
+            let mut begin = next;
+            while begin < end {
+                let of_run = begin..end.min(begin + run);
+                begin = of_run.end;
+                let entry = match plan(&places[of_run.clone()]) {
+                    Plan::Whole => None,
+                    Plan::From(entry) => Some(entry),
+                    Plan::Nowhere => continue,
+                };
+                let whole = of_run.len() / STREAM;
+                streams.extend((0..whole).map(|_| (u64::MAX, entry)));
+                left_over.add::<W>(&places[of_run.start + whole * STREAM..of_run.end], entry);
+                places.copy_within(of_run.start..of_run.start + whole * STREAM, next);
+                next += whole * STREAM;
+            }
+        }
+        let rest = &left_over.places[..left_over.len];
+        places[next..next + rest.len()].copy_from_slice(rest);
+        places.truncate(next + rest.len());
+        streams.extend(left_over.streams());
+    }
+
+    /// The rays listed, of that batch, 64 places at a time.
+    #[inline(always)]
+    pub(super) fn streams<'a>(&'a self, batch: &'a [Ray]) -> impl Iterator<Item = Picked<'a>> {
+        let streams = self.places.chunks(STREAM).zip(&self.streams).enumerate();
         streams.map(
             #[inline(always)]
-            |(stream, (places, there))| {
+            |(stream, (places, &(there, entry)))| {
                 let ahead = batch.as_ptr_range().end.wrapping_add(stream * STREAM);
-                Picked { batch, places, there: *there, ahead }
+                Picked { batch, places, there, entry, ahead }
             },
         )
     }
 
+    /// Sets the words, and returns how many rays there are of each octant.
     #[inline(always)]
-    fn list<S: Simd, W: Wide>(&mut self, s: S, w: W, rays: &[Ray]) {
-        let Self { words, places, there } = self;
-        words.clear();
+    fn sort<S: Simd>(&mut self, s: S, rays: &[Ray]) -> [usize; 8] {
+        self.words.clear();
         let mut counts = [0; 8];
         let mut signs = [0; STREAM];
         for rays in rays.chunks(STREAM) {
@@ -68,31 +123,53 @@ impl Places {
             for (count, word) in counts.iter_mut().zip(of_octants) {
                 *count += word.count_ones() as usize;
             }
-            words.push(of_octants);
+            self.words.push(of_octants);
         }
-        let len: usize = counts.iter().map(|count| count.next_multiple_of(W::GROUP)).sum();
-        there.clear();
-        there.resize(len / STREAM, u64::MAX);
-        there.extend((!len.is_multiple_of(STREAM)).then(|| u64::MAX >> (STREAM - len % STREAM)));
-        // Whatever is written after an octant's places ends here.
-        places.resize(len + STREAM, 0);
-        let mut next = 0;
-        for octant in (0..8).filter(|&octant| counts[octant] > 0) {
-            for (chunk, of_octants) in words.iter().enumerate() {
-                let to = &mut places[next..next + STREAM];
-                let to = to.try_into().expect("as many places as asked for");
-                next += w.numbers_of_bits(of_octants[octant], (chunk * STREAM) as u16, to);
-            }
-            let of_last_group = (next - 1) % W::GROUP + 1;
-            let left_over = W::GROUP - of_last_group;
-            let last = places[next - 1];
-            places[next..next + left_over].fill(last);
-            // What is left over of a group ends with it.
-            let repeated = ((1 << left_over) - 1) << (next % STREAM);
-            there[(next - 1) / STREAM] &= !repeated;
-            next += left_over;
+        counts
+    }
+}
+
+/// Of each octant less than a stream.
+const MOST_LEFT_OVER: usize = 8 * STREAM;
+
+/// Places that fill no stream of their octant, from the start of a group on each.
+struct LeftOver {
+    places: [u16; MOST_LEFT_OVER],
+    len: usize,
+    /// For 64 places at a time those that do not repeat another one, and where all of them start.
+    streams: [(u64, Option<usize>); 8],
+}
+
+impl Default for LeftOver {
+    fn default() -> Self {
+        Self { places: [0; MOST_LEFT_OVER], len: 0, streams: [(0, None); 8] }
+    }
+}
+
+impl LeftOver {
+    fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Adds fewer than 64.
+    #[inline(always)]
+    fn add<W: Wide>(&mut self, places: &[u16], entry: Option<usize>) {
+        for places in places.chunks(W::GROUP) {
+            let group = &mut self.places[self.len..][..W::GROUP];
+            group[..places.len()].copy_from_slice(places);
+            group[places.len()..].fill(places[places.len() - 1]);
+            let (stream, first) = (&mut self.streams[self.len / STREAM], self.len % STREAM);
+            let there = u64::MAX >> (STREAM - places.len()) << first;
+            *stream = match *stream {
+                _ if first == 0 => (there, entry),
+                (others, of_others) => (others | there, entry.filter(|_| of_others == entry)),
+            };
+            self.len += W::GROUP;
         }
-        places.truncate(len);
+    }
+
+    fn streams(&self) -> impl Iterator<Item = (u64, Option<usize>)> {
+        self.streams.into_iter().take(self.len.div_ceil(STREAM))
     }
 }
 
@@ -108,14 +185,29 @@ mod tests {
     use crate::geometry::Vec3;
     use crate::test_random::Random;
 
-    /// Streams' places, and which of them are there.
-    fn streams<S: Simd, W: Wide>(s: S, w: W, batch: &[Ray]) -> Vec<(Vec<u16>, u64)> {
+    /// Streams' places, which of them are there, and where they start.
+    type Streams = Vec<(Vec<u16>, u64, Option<usize>)>;
+
+    const RUN: usize = 2 * STREAM;
+
+    /// What is to be done with rays of an octant.
+    fn plan_of(octant: u8) -> Plan {
+        match octant % 3 {
+            0 => Plan::Whole,
+            1 => Plan::From(usize::from(octant)),
+            _ => Plan::Nowhere,
+        }
+    }
+
+    fn streams<S: Simd, W: Wide>(s: S, w: W, batch: &[Ray]) -> Streams {
         let mut places = Places::default();
         w.run(|| {
-            places
-                .by_octant(s, w, batch)
-                .map(|picked| (picked.places.to_vec(), picked.there))
-                .collect()
+            places.list(s, w, batch, RUN, |run| {
+                assert!((1..=RUN).contains(&run.len()));
+                plan_of(Portable.octant(&batch[usize::from(run[0])]))
+            });
+            let streams = places.streams(batch);
+            streams.map(|picked| (picked.places.to_vec(), picked.there, picked.entry)).collect()
         })
     }
 
@@ -129,6 +221,7 @@ mod tests {
                 .map(|_| random.ray())
                 .map(|ray| if one_way { Ray { direction: Vec3::ONE, ..ray } } else { ray })
                 .collect();
+            let octant = |place: &u16| Portable.octant(&batch[usize::from(*place)]);
             for set in Instructions::all() {
                 let (group, streams) = match set.0 {
                     Set::Portable => (Portable::GROUP, streams(Portable, Portable, &batch)),
@@ -138,21 +231,27 @@ mod tests {
                     Set::Avx512(avx2, avx512) => (Avx512::GROUP, streams(avx2, avx512, &batch)),
                 };
                 let mut listed = Vec::new();
-                for (places, there) in &streams {
+                for (places, there, entry) in &streams {
                     assert_eq!(places.len() % group, 0);
                     assert!(there.count_ones() as usize <= places.len());
                     for (first, places) in places.chunks(group).enumerate() {
-                        let octant = |place: &u16| Portable.octant(&batch[usize::from(*place)]);
                         assert!(places.iter().all(|place| octant(place) == octant(&places[0])));
                         let there = there >> (first * group);
                         assert_ne!(there & 1, 0, "a group of nobody");
                         let own = |index: &usize| there >> index & 1 != 0;
                         listed.extend((0..group).filter(own).map(|index| places[index]));
                     }
+                    let plan = plan_of(octant(&places[0]));
+                    let alike = places.iter().all(|place| plan_of(octant(place)) == plan);
+                    let wanted = match plan {
+                        Plan::From(entry) if alike => Some(entry),
+                        _ => None,
+                    };
+                    assert_eq!(*entry, wanted, "{} of {size} rays", set.name());
                 }
-                // In the order of the batch, octant by octant.
-                let mut wanted: Vec<u16> = (0..size as u16).collect();
-                wanted.sort_by_key(|place| Portable.octant(&batch[usize::from(*place)]));
+                let is_wanted = |place: &u16| plan_of(octant(place)) != Plan::Nowhere;
+                let wanted: Vec<u16> = (0..size as u16).filter(is_wanted).collect();
+                listed.sort_unstable();
                 assert_eq!(listed, wanted, "{} of {size} rays", set.name());
             }
         }

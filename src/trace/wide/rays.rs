@@ -177,7 +177,7 @@ impl<'a> Rays<'a> {
         target: Target<'a>,
         picked: Picked<'a>,
     ) -> Self {
-        let Picked { batch: given, places, there, ahead } = picked;
+        let Picked { batch: given, places, there, ahead, .. } = picked;
         for (group, places) in places.as_chunks::<LANES>().0.iter().enumerate() {
             let mut rays = [&given[usize::from(places[0])]; LANES];
             for (lane, place) in places.iter().enumerate().skip(1) {

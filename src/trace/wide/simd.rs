@@ -85,6 +85,11 @@ pub(super) trait Simd: Vector {
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES];
     /// Writes the children that have a bit, the one of the highest bit first, and whatever after them.
     fn pick(self, children: &[ChildRef; LANES], bits: u32, to: &mut [ChildRef; LANES]);
+    /// As [`pick`](Self::pick), of numbers.
+    fn pick_numbers(self, numbers: &[f32; LANES], bits: u32, to: &mut [f32; LANES]);
+    /// Twice a ray's origin, twice its direction, and where it starts and ends, four times each: of each four
+    /// numbers the last one is something else.
+    fn start_and_end(self, ray: &Ray) -> [Self::Floats; 3];
     /// Of numbers taken as integers, which takes a fraction of the time: right where neither is negative, nor
     /// NaN; a number with a sign is less than any without.
     fn quick_max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
@@ -354,11 +359,17 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn pick(self, children: &[ChildRef; LANES], bits: u32, to: &mut [ChildRef; LANES]) {
-        let mut len = 0;
-        for slot in (0..LANES).rev() {
-            to[len % LANES] = children[slot];
-            len += (bits >> slot & 1) as usize;
-        }
+        pick(children, bits, to);
+    }
+    #[inline(always)]
+    fn pick_numbers(self, numbers: &Array, bits: u32, to: &mut Array) {
+        pick(numbers, bits, to);
+    }
+    #[inline(always)]
+    fn start_and_end(self, ray: &Ray) -> [Array; 3] {
+        let [ox, oy, oz, start, dx, dy, dz, end] = numbers(ray);
+        let ends = [start, start, start, start, end, end, end, end];
+        [[ox, oy, oz, start, ox, oy, oz, start], [dx, dy, dz, end, dx, dy, dz, end], ends]
     }
     #[inline(always)]
     fn transpose(self, bytes: &[u8; 64]) -> [u64; LANES] {
@@ -370,6 +381,15 @@ impl Simd for Portable {
             }
         }
         words
+    }
+}
+
+#[inline(always)]
+fn pick<T: Copy>(all: &[T; LANES], bits: u32, to: &mut [T; LANES]) {
+    let mut len = 0;
+    for slot in (0..LANES).rev() {
+        to[len % LANES] = all[slot];
+        len += (bits >> slot & 1) as usize;
     }
 }
 
