@@ -17,10 +17,10 @@ pub(super) const RUN: usize = 8 * STREAM;
 const LEAST: usize = 2 * STREAM;
 
 /// Nodes that are opened in a look.
-const MOST_OPENED: usize = 24;
+const MOST_OPENED: usize = 12;
 
 /// Subtrees under consideration: more than a node may have, as many of them may turn out empty.
-const MOST_PARTS: usize = 24;
+const MOST_PARTS: usize = 16;
 
 /// What is to be done with some rays of a batch that go into one octant. Adds the node where they start.
 #[inline(always)]
