@@ -1,7 +1,8 @@
 //! The vector operations of x86-64 processors with AVX2 and FMA.
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
-use super::simd::{LANES, Simd, Vector, numbers};
+use super::rays::Row;
+use super::simd::{LANES, Simd, Vector, Wide, numbers};
 pub(super) use crate::processor::Avx2;
 use crate::ray::Ray;
 use crate::tree::ChildRef;
@@ -145,7 +146,7 @@ impl Simd for Avx2 {
     fn rays(self, rays: [&Ray; LANES]) -> [__m256; LANES] {
         let mut rows = [self.splat(0.0); LANES];
         for (row, ray) in rows.iter_mut().zip(rays) {
-            *row = self.load(&numbers(ray));
+            *row = Simd::load(self, &numbers(ray));
         }
         let [a, b, c, d, e, f, g, h] = rows;
         let (left, right) =
@@ -218,6 +219,86 @@ impl Simd for Avx2 {
     }
 }
 
+impl Wide for Avx2 {
+    const GROUP: usize = LANES;
+    /// Those of the first four children, and of the others.
+    type Words = [__m256i; 2];
+
+    #[inline(always)]
+    fn words(self, words: [u64; LANES]) -> [__m256i; 2] {
+        let (first, others) = (words.as_ptr().cast(), words[LANES / 2..].as_ptr().cast());
+        // SAFETY: as in `avx2!`; the two halves of the array may be read.
+        unsafe { [_mm256_loadu_si256(first), _mm256_loadu_si256(others)] }
+    }
+    #[inline(always)]
+    fn with_ray(self, words: [__m256i; 2], children: u32, index: usize) -> [__m256i; 2] {
+        let picked = self.where_bits(children);
+        avx2! {
+            let bit = _mm256_set1_epi64x(1i64 << (index % 64));
+            [
+                _mm256_or_si256(words[0], _mm256_and_si256(picked[0], bit)),
+                _mm256_or_si256(words[1], _mm256_and_si256(picked[1], bit)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn unload(
+        self,
+        words: [__m256i; 2],
+        here: u64,
+        children: &[ChildRef; LANES],
+        some: u32,
+        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+    ) -> usize {
+        let picked = self.where_bits(some);
+        let (first, there) = self.of_half(words[0], picked[0], here);
+        let (others, others_there) = self.of_half(words[1], picked[1], here);
+        self.pick(children, (there | others_there << 4) as u32, to.0);
+        let len = others_there.count_ones() as usize;
+        // At most four have been written.
+        let after = &mut to.1[len % 5..];
+        let after = after.as_mut_ptr().cast();
+        // SAFETY: as in `avx2!`; the eight numbers behind each reference of the table may be read, and four words
+        // behind the other pointers written, as these are at least four before the end.
+        unsafe {
+            let order = _mm256_loadu_si256(WORDS_DOWNWARDS[others_there].as_ptr().cast());
+            let others = _mm256_permutevar8x32_epi32(others, order);
+            let order = _mm256_loadu_si256(WORDS_DOWNWARDS[there].as_ptr().cast());
+            let first = _mm256_permutevar8x32_epi32(first, order);
+            _mm256_storeu_si256(to.1.as_mut_ptr().cast(), others);
+            _mm256_storeu_si256(after, first);
+        }
+        len + there.count_ones() as usize
+    }
+    #[inline(always)]
+    fn load(self, row: &Row, group: usize) -> __m256 {
+        Simd::load(self, row.group(group))
+    }
+    #[inline(always)]
+    fn store(self, row: &mut Row, group: usize, value: __m256) {
+        Simd::store(self, row.group_mut(group), value);
+    }
+}
+
+/// For each four bits the halves of those of four words that are set, the last word first, and zeros.
+static WORDS_DOWNWARDS: [[u32; LANES]; 16] = {
+    let mut all = [[0; LANES]; 16];
+    let mut bits = 0;
+    while bits < 16 {
+        let (mut bit, mut len) = (4, 0);
+        while bit > 0 {
+            bit -= 1;
+            if bits >> bit & 1 == 1 {
+                all[bits][len] = 2 * bit;
+                all[bits][len + 1] = 2 * bit + 1;
+                len += 2;
+            }
+        }
+        bits += 1;
+    }
+    all
+};
+
 /// For each byte the numbers of the bits that are set, the highest first, and zeros.
 static BITS_DOWNWARDS: [[u8; LANES]; 256] = {
     let mut all = [[0; LANES]; 256];
@@ -237,6 +318,30 @@ static BITS_DOWNWARDS: [[u8; LANES]; 256] = {
 };
 
 impl Avx2 {
+    /// All ones in the words of eight that have a bit.
+    #[inline(always)]
+    fn where_bits(self, bits: u32) -> [__m256i; 2] {
+        avx2! {
+            let bits = _mm256_set1_epi64x(i64::from(bits));
+            let (first, others) = (_mm256_setr_epi64x(1, 2, 4, 8), _mm256_setr_epi64x(16, 32, 64, 128));
+            [
+                _mm256_cmpeq_epi64(_mm256_and_si256(bits, first), first),
+                _mm256_cmpeq_epi64(_mm256_and_si256(bits, others), others),
+            ]
+        }
+    }
+
+    /// Of four words what is `picked` and `here`, and for which that is not nothing, one bit each.
+    #[inline(always)]
+    fn of_half(self, words: __m256i, picked: __m256i, here: u64) -> (__m256i, usize) {
+        avx2! {
+            let here = _mm256_and_si256(picked, _mm256_set1_epi64x(here as i64));
+            let met = _mm256_and_si256(words, here);
+            let none = _mm256_cmpeq_epi64(met, _mm256_setzero_si256());
+            (met, !_mm256_movemask_pd(_mm256_castsi256_pd(none)) as usize & 15)
+        }
+    }
+
     /// The words that have a bit, the one of the highest bit first, and whatever after them.
     #[inline(always)]
     fn picked(self, all: __m256i, bits: u32) -> __m256i {

@@ -22,11 +22,14 @@ const MOST_OPENED: usize = 12;
 /// Subtrees under consideration: more than a node may have, as many of them may turn out empty.
 const MOST_PARTS: usize = 16;
 
-/// What is to be done with some rays of a batch that go into one octant. Adds the node where they start.
+/// What is to be done with some rays of a batch that go into one octant, and start at that node or the root.
+/// Adds the node where they start instead.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "what the batch has at hand")]
 pub(super) fn plan<S: Simd, T: Trees>(
     s: S,
     trees: T,
+    given: Option<&Node8>,
     batch: &[Ray],
     run: &[u16],
     target: Target<'_>,
@@ -39,7 +42,7 @@ pub(super) fn plan<S: Simd, T: Trees>(
     // Other leaves hold no triangles.
     let mesh = (!T::PUTS_OFF).then_some(target.mesh);
     let found = match Hull::around(s, batch, run, target) {
-        Some(hull) => entry(s, &hull, trees.tree(), mesh),
+        Some(hull) => entry(s, &hull, trees.tree(), given, mesh),
         None => None,
     };
     gate.note(found.is_some());
@@ -53,11 +56,20 @@ pub(super) fn plan<S: Simd, T: Trees>(
     }
 }
 
-/// What of a tree the rays in a hull may meet: up to eight subtrees, in the order of visits. `None` if that tells
-/// nothing.
+/// What of a tree, or below a given node, the rays in a hull may meet: up to eight subtrees, in the order of
+/// visits. `None` if that tells nothing.
 #[inline(always)]
-fn entry<S: Simd>(s: S, hull: &Hull, tree: &Bvh8, mesh: Option<&TriangleMesh>) -> Option<Node8> {
-    let root = &tree.nodes[tree.root.filter(|root| !root.is_leaf())?.node_index()];
+fn entry<S: Simd>(
+    s: S,
+    hull: &Hull,
+    tree: &Bvh8,
+    given: Option<&Node8>,
+    mesh: Option<&TriangleMesh>,
+) -> Option<Node8> {
+    let root = match given {
+        Some(node) => node,
+        None => &tree.nodes[tree.root.filter(|root| !root.is_leaf())?.node_index()],
+    };
     let (mut first, mut second) = (Parts::NONE, Parts::NONE);
     let (mut parts, mut next) = (&mut first, &mut second);
     parts.add(s, root, hull.meets(s, root));

@@ -86,20 +86,31 @@ fn mark(tree: &Bvh8, child: ChildRef, marks: &mut [bool]) {
         tree.triangle_ids[child.leaf_slots()].iter().for_each(|&id| marks[id as usize] = true);
     } else {
         let node = &tree.nodes[child.node_index()];
-        node.children[..node.len as usize].iter().for_each(|child| mark(tree, *child, marks));
+        mark_below(tree, node, marks);
     }
 }
 
-/// Which triangles a plan leaves to be met.
-fn left<S: Simd>(s: S, tree: &Bvh8, rays: &[Ray], target: Target<'_>) -> (Start, Vec<bool>) {
+/// Marks all triangles below the children of a node.
+fn mark_below(tree: &Bvh8, node: &Node8, marks: &mut [bool]) {
+    node.children[..node.len as usize].iter().for_each(|child| mark(tree, *child, marks));
+}
+
+/// Which triangles a plan leaves to be met by rays that start at a node or the root.
+fn left<S: Simd>(
+    s: S,
+    tree: &Bvh8,
+    given: Option<&Node8>,
+    rays: &[Ray],
+    target: Target<'_>,
+) -> (Start, Vec<bool>) {
     let places: Vec<u16> = (0..rays.len() as u16).collect();
     let mut entries: Vec<Node8> = Vec::new();
     let trees = Triangles { tree, number: 0 };
-    let start = s.run(|| plan(s, trees, rays, &places, target, &mut Gate::default(), &mut entries));
+    let start =
+        s.run(|| plan(s, trees, given, rays, &places, target, &mut Gate::default(), &mut entries));
     let mut marks = vec![start == Start::Whole; target.mesh.len()];
     if let Start::From(index) = start {
-        let node = &entries[index];
-        node.children[..node.len as usize].iter().for_each(|child| mark(tree, *child, &mut marks));
+        mark_below(tree, &entries[index], &mut marks);
     }
     (start, marks)
 }
@@ -113,17 +124,26 @@ fn no_hit_is_left_out() {
         let mesh = random.mesh(count);
         let (_, tree) = trees(&mesh);
         let rays = alike(&mut random, &mesh, 128 + round % 9);
+        let node = random.bits() as usize % tree.nodes.len().max(1);
+        let given = tree.nodes.get(node).filter(|_| round % 3 == 0);
+        let mut wanted = vec![given.is_none(); mesh.len()];
+        given.iter().for_each(|node| mark_below(&tree, node, &mut wanted));
         for mode in [Mode::Exact, Mode::Fast] {
             let target = Target { bounds: &tree.bounds, mesh: &mesh, mode };
             let hit: Vec<bool> = (0..mesh.len())
-                .map(|id| rays.iter().any(|ray| is_hit(&mesh, &tree.bounds, ray, id, mode)))
+                .map(|id| {
+                    let mut rays = rays.iter();
+                    wanted[id] && rays.any(|ray| is_hit(&mesh, &tree.bounds, ray, id, mode))
+                })
                 .collect();
             hits += hit.iter().filter(|hit| **hit).count();
             for set in Instructions::all() {
                 let (start, marks) = match set.0 {
-                    Set::Portable => left(Portable, &tree, &rays, target),
+                    Set::Portable => left(Portable, &tree, given, &rays, target),
                     #[cfg(target_arch = "x86_64")]
-                    Set::Avx2(avx2) | Set::Avx512(avx2, _) => left(avx2, &tree, &rays, target),
+                    Set::Avx2(avx2) | Set::Avx512(avx2, _) => {
+                        left(avx2, &tree, given, &rays, target)
+                    }
                 };
                 starts[match start {
                     Start::Whole => 0,

@@ -353,7 +353,7 @@ impl Batch<'_> {
         // Bytes, as bits of one word would wait for each other.
         answers.clear();
         answers.resize(rays.len().next_multiple_of(STREAM), 0);
-        let looks = !one_by_one && entry.is_none();
+        let given = entry.as_ref();
         entries.clear();
         places.list(
             s,
@@ -362,16 +362,16 @@ impl Batch<'_> {
             entry::RUN,
             #[inline(always)]
             |run| {
-                if looks {
-                    entry::plan(s, trees, rays, run, target, &mut gates[kind], entries)
-                } else {
+                if one_by_one {
                     Plan::Whole
+                } else {
+                    entry::plan(s, trees, given, rays, run, target, &mut gates[kind], entries)
                 }
             },
         );
         for picked in places.streams(rays) {
             let of_run = picked.entry.map(|index| &entries[index]);
-            let start = Start { trees, entry: entry.as_ref().or(of_run) };
+            let start = Start { trees, entry: of_run.or(given) };
             let prepared = Rays::new(s, w, numbers, target, picked);
             stack.alone.expect(*habit);
             let mut hits = if one_by_one {

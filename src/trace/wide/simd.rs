@@ -168,64 +168,6 @@ static NUMBERS_OF_BITS: [[u8; LANES]; 256] = {
     all
 };
 
-/// Groups of eight for those whose registers hold eight numbers.
-macro_rules! groups_of_eight {
-    ($set:ty) => {
-        impl Wide for $set {
-            const GROUP: usize = LANES;
-            type Words = [u64; LANES];
-
-            #[inline(always)]
-            fn words(self, words: [u64; LANES]) -> [u64; LANES] {
-                words
-            }
-            #[inline(always)]
-            fn with_ray(
-                self,
-                mut words: [u64; LANES],
-                children: u32,
-                index: usize,
-            ) -> [u64; LANES] {
-                for (slot, word) in words.iter_mut().enumerate() {
-                    *word |= u64::from(children >> slot & 1) << index;
-                }
-                words
-            }
-            #[inline(always)]
-            fn unload(
-                self,
-                words: [u64; LANES],
-                here: u64,
-                children: &[ChildRef; LANES],
-                some: u32,
-                to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
-            ) -> usize {
-                let mut len = 0;
-                for slot in (0..LANES).rev() {
-                    let word = words[slot] & here;
-                    // At most seven have been written.
-                    to.0[len % LANES] = children[slot];
-                    to.1[len % LANES] = word;
-                    len += usize::from(word != 0 && some >> slot & 1 != 0);
-                }
-                len
-            }
-
-            #[inline(always)]
-            fn load(self, row: &Row, group: usize) -> Self::Floats {
-                Simd::load(self, row.group(group))
-            }
-            #[inline(always)]
-            fn store(self, row: &mut Row, group: usize, value: Self::Floats) {
-                Simd::store(self, row.group_mut(group), value);
-            }
-        }
-    };
-}
-#[cfg(target_arch = "x86_64")]
-groups_of_eight!(super::avx2::Avx2);
-groups_of_eight!(Portable);
-
 /// Plain arrays, for every processor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Portable;
@@ -381,6 +323,51 @@ impl Simd for Portable {
             }
         }
         words
+    }
+}
+
+impl Wide for Portable {
+    const GROUP: usize = LANES;
+    type Words = [u64; LANES];
+
+    #[inline(always)]
+    fn words(self, words: [u64; LANES]) -> [u64; LANES] {
+        words
+    }
+    #[inline(always)]
+    fn with_ray(self, mut words: [u64; LANES], children: u32, index: usize) -> [u64; LANES] {
+        for (slot, word) in words.iter_mut().enumerate() {
+            *word |= u64::from(children >> slot & 1) << index;
+        }
+        words
+    }
+    #[inline(always)]
+    fn unload(
+        self,
+        words: [u64; LANES],
+        here: u64,
+        children: &[ChildRef; LANES],
+        some: u32,
+        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+    ) -> usize {
+        let mut len = 0;
+        for slot in (0..LANES).rev() {
+            let word = words[slot] & here;
+            // At most seven have been written.
+            to.0[len % LANES] = children[slot];
+            to.1[len % LANES] = word;
+            len += usize::from(word != 0 && some >> slot & 1 != 0);
+        }
+        len
+    }
+
+    #[inline(always)]
+    fn load(self, row: &Row, group: usize) -> Self::Floats {
+        Simd::load(self, row.group(group))
+    }
+    #[inline(always)]
+    fn store(self, row: &mut Row, group: usize, value: Self::Floats) {
+        Simd::store(self, row.group_mut(group), value);
     }
 }
 
