@@ -167,3 +167,6 @@ impl Parts {
         node
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -397,6 +397,4 @@ impl Batch<'_> {
 #[cfg(test)]
 mod box_tests;
 #[cfg(test)]
-mod entry_tests;
-#[cfg(test)]
 mod tests;

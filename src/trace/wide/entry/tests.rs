@@ -1,14 +1,14 @@
 //! What a look leaves out is in nobody's way: of all triangles that any ray of a run hits none is missing.
 
-use super::entry::{self, plan};
-use super::octants::Plan as Start;
-use super::rays::Target;
-use super::simd::{Portable, Simd};
-use super::stream::Triangles;
-use super::{
+use super::super::octants::Plan as Start;
+use super::super::rays::Target;
+use super::super::simd::{Portable, Simd};
+use super::super::stream::Triangles;
+use super::super::{
     Instructions, NoCount, Query, Scratch, Set, Structure, VisitCounts, Way, any_hit,
     any_hit_counted,
 };
+use super::{RUN, plan};
 use crate::build::{self, WideCosts};
 use crate::geometry::{TriangleMesh, Vec3};
 use crate::intersect::{Exact, Fast, Mode, PreparedRay, TriangleTest, hits_exactly};
@@ -208,7 +208,7 @@ fn batches_are_answered_as_ray_by_ray() {
         // Several octants, runs of all lengths, and what is left over of them.
         let mut rays = Vec::new();
         for _ in 0..1 + random.bits() % 4 {
-            let count = random.bits() as usize % (2 * entry::RUN);
+            let count = random.bits() as usize % (2 * RUN);
             rays.extend(alike(&mut random, &mesh, 1 + count));
         }
         for [hits, unvisited] in [
