@@ -150,7 +150,7 @@ fn masks<S: Simd, W: Wide>(
     w.run(|| {
         let (mut masks, mut spared) = (vec![None; rays.len()], 0);
         let mut places = Places::default();
-        places.list(s, w, rays, MOST_SORTED, |_| Plan::Whole);
+        places.list(s, w, rays, MOST_SORTED, |_| EntryPoint::Whole);
         for picked in places.streams(rays) {
             let mesh = TriangleMesh::default();
             let target = Target { bounds: scene, mesh: &mesh, mode: Mode::Exact };

@@ -1,6 +1,6 @@
 //! Closest hits, of one ray or of a batch, on the instructions at hand.
 
-use super::octants::Plan;
+use super::octants::EntryPoint;
 use super::rays::{Rays, Target};
 use super::simd::{Portable, Simd, Wide};
 use super::{Instructions, MOST_SORTED, Scratch, Set, Structure, closest, closest_stream};
@@ -68,7 +68,7 @@ impl ClosestBatch<'_> {
         let Scratch { numbers, places, closest, .. } = scratch;
         // Distances are those of the plain test.
         let target = Target { bounds: &structure.top().bounds, mesh, mode: Mode::Fast };
-        places.list(s, w, rays, MOST_SORTED, |_| Plan::Whole);
+        places.list(s, w, rays, MOST_SORTED, |_| EntryPoint::Whole);
         for picked in places.streams(rays) {
             let mut prepared = Rays::new(s, w, numbers, target, picked);
             closest_stream::closest_hits(s, w, structure, &mut prepared, closest, |index, hit| {

@@ -2,7 +2,7 @@
 //! can meet, or nowhere.
 
 use super::hull::Hull;
-use super::octants::Plan;
+use super::octants::EntryPoint;
 use super::rays::{STREAM, Target};
 use super::simd::Simd;
 use super::stream::Trees;
@@ -12,7 +12,7 @@ use crate::trace::shaft::Gate;
 use crate::tree::{Bvh8, ChildRef, Node8, WIDTH};
 
 /// Rays of an octant that are looked at together: more have less in common, and a look at fewer may cost more
-/// than it saves, as it takes as long as 10 to 20 rays in the tree.
+/// than it saves, as it takes as long as 10 to 30 rays in the tree.
 pub(super) const RUN: usize = 8 * STREAM;
 const LEAST: usize = 2 * STREAM;
 
@@ -22,11 +22,11 @@ const MOST_OPENED: usize = 12;
 /// Subtrees under consideration: more than a node may have, as many of them may turn out empty.
 const MOST_PARTS: usize = 16;
 
-/// What is to be done with some rays of a batch that go into one octant, and start at that node or the root.
-/// Adds the node where they start instead.
+/// Where some rays of a batch start that go into one octant, and would start at a given node or the root. Adds
+/// the node if it is another one.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "what the batch has at hand")]
-pub(super) fn plan<S: Simd, T: Trees>(
+pub(super) fn look<S: Simd, T: Trees>(
     s: S,
     trees: T,
     given: Option<&Node8>,
@@ -35,9 +35,9 @@ pub(super) fn plan<S: Simd, T: Trees>(
     target: Target<'_>,
     gate: &mut Gate,
     entries: &mut Vec<Node8>,
-) -> Plan {
+) -> EntryPoint {
     if run.len() < LEAST || !gate.is_open() {
-        return Plan::Whole;
+        return EntryPoint::Whole;
     }
     // Other leaves hold no triangles.
     let mesh = (!T::PUTS_OFF).then_some(target.mesh);
@@ -47,11 +47,11 @@ pub(super) fn plan<S: Simd, T: Trees>(
     };
     gate.note(found.is_some());
     match found {
-        None => Plan::Whole,
-        Some(node) if node.len == 0 => Plan::Nowhere,
+        None => EntryPoint::Whole,
+        Some(node) if node.len == 0 => EntryPoint::Nowhere,
         Some(node) => {
             entries.push(node);
-            Plan::From(entries.len() - 1)
+            EntryPoint::From(entries.len() - 1)
         }
     }
 }

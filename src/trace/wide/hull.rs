@@ -20,7 +20,7 @@
 //! point in `f32` is off by less than `4 u` of the largest coordinate, and planes give way by twice that.
 
 use super::leaf::facets_of;
-use super::rays::{Target, UNIT};
+use super::rays::{FARTHEST, Target, UNIT};
 use super::simd::{LANES, Simd};
 use crate::geometry::TriangleMesh;
 use crate::intersect::Mode;
@@ -29,9 +29,6 @@ use crate::tree::{Bvh8, ChildRef, Node8};
 
 /// Planes that touch both boxes, at most: one for each two axes and side on both.
 const MOST_PLANES: usize = 12;
-
-/// Nothing is said of rays that come further out than this.
-const FARTHEST: f64 = (1u64 << 40) as f64;
 
 /// A plane along one axis: what lies where `a x + b y < height` is outside.
 #[derive(Clone, Copy)]
@@ -117,7 +114,7 @@ impl Hull {
         let boxes = [0, 1].map(|end| [corner(&rays.least, end), corner(&rays.most, end)]);
         let scene = [target.bounds.min, target.bounds.max].map(|c| c.to_array().map(f64::from));
         let numbers = boxes.as_flattened().iter().chain(&scene).flatten();
-        if !numbers.copied().all(|x| x.abs() < FARTHEST) {
+        if !numbers.copied().all(|x| x.abs() < f64::from(FARTHEST)) {
             return None;
         }
         // Origins are no further than this from starts.

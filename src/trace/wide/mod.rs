@@ -36,7 +36,7 @@ use crate::trace::shaft::{Entry, Gate};
 use crate::tree::{Bvh8, Node8};
 use alone::Habit;
 use occluders::Occluders;
-use octants::{Picked, Places, Plan};
+use octants::{EntryPoint, Picked, Places};
 use rays::{Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
 use stack::Stack;
@@ -363,9 +363,9 @@ impl Batch<'_> {
             #[inline(always)]
             |run| {
                 if one_by_one {
-                    Plan::Whole
+                    EntryPoint::Whole
                 } else {
-                    entry::plan(s, trees, given, rays, run, target, &mut gates[kind], entries)
+                    entry::look(s, trees, given, rays, run, target, &mut gates[kind], entries)
                 }
             },
         );

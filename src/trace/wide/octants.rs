@@ -23,25 +23,27 @@ pub(super) struct Picked<'a> {
 pub(super) struct Places {
     /// For 64 rays at a time those of each octant, one bit each.
     words: Vec<[u64; 8]>,
+    /// The first `len` are listed.
     places: Vec<u16>,
+    len: usize,
     left_over: LeftOver,
     /// For 64 places at a time those that do not repeat another one, and where all of them start.
     streams: Vec<(u64, Option<usize>)>,
 }
 
-/// What is to be done with rays of an octant.
+/// Where rays of an octant start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Plan {
-    /// They go through the tree from the root on.
+pub(super) enum EntryPoint {
+    /// Where all of the batch do: at the root, or where they were told to.
     Whole,
-    /// They start elsewhere.
+    /// At the node of this number.
     From(usize),
     /// There is nothing that they could meet.
     Nowhere,
 }
 
 impl Places {
-    /// Lists the rays of a batch. Asks `plan` what is to be done with rays of one octant, as many as `run` at a
+    /// Lists the rays of a batch. Asks `entry_point` where rays of one octant start, as many as `run` at a
     /// time, a multiple of 64.
     #[inline(always)]
     pub(super) fn list<S: Simd, W: Wide>(
@@ -50,14 +52,15 @@ impl Places {
         w: W,
         rays: &[Ray],
         run: usize,
-        mut plan: impl FnMut(&[u16]) -> Plan,
+        mut entry_point: impl FnMut(&[u16]) -> EntryPoint,
     ) {
         let counts = self.sort(s, rays);
-        let Self { words, places, left_over, streams } = self;
+        let Self { words, places, len, left_over, streams } = self;
         streams.clear();
         left_over.clear();
         // Whatever is written after an octant's places ends here.
-        places.resize(rays.len() + MOST_LEFT_OVER + STREAM, 0);
+        let room = rays.len() + MOST_LEFT_OVER + STREAM;
+        places.resize(room.max(places.len()), 0);
         let mut next = 0;
         for octant in (0..8).filter(|&octant| counts[octant] > 0) {
             let mut end = next;
@@ -71,10 +74,10 @@ impl Places {
             while begin < end {
                 let of_run = begin..end.min(begin + run);
                 begin = of_run.end;
-                let entry = match plan(&places[of_run.clone()]) {
-                    Plan::Whole => None,
-                    Plan::From(entry) => Some(entry),
-                    Plan::Nowhere => continue,
+                let entry = match entry_point(&places[of_run.clone()]) {
+                    EntryPoint::Whole => None,
+                    EntryPoint::From(entry) => Some(entry),
+                    EntryPoint::Nowhere => continue,
                 };
                 let whole = of_run.len() / STREAM;
                 streams.extend((0..whole).map(|_| (u64::MAX, entry)));
@@ -85,14 +88,14 @@ impl Places {
         }
         let rest = &left_over.places[..left_over.len];
         places[next..next + rest.len()].copy_from_slice(rest);
-        places.truncate(next + rest.len());
+        *len = next + rest.len();
         streams.extend(left_over.streams());
     }
 
     /// The rays listed, of that batch, 64 places at a time.
     #[inline(always)]
     pub(super) fn streams<'a>(&'a self, batch: &'a [Ray]) -> impl Iterator<Item = Picked<'a>> {
-        let streams = self.places.chunks(STREAM).zip(&self.streams).enumerate();
+        let streams = self.places[..self.len].chunks(STREAM).zip(&self.streams).enumerate();
         streams.map(
             #[inline(always)]
             |(stream, (places, &(there, entry)))| {
@@ -190,12 +193,12 @@ mod tests {
 
     const RUN: usize = 2 * STREAM;
 
-    /// What is to be done with rays of an octant.
-    fn plan_of(octant: u8) -> Plan {
+    /// Where rays of an octant start.
+    fn entry_point_of(octant: u8) -> EntryPoint {
         match octant % 3 {
-            0 => Plan::Whole,
-            1 => Plan::From(usize::from(octant)),
-            _ => Plan::Nowhere,
+            0 => EntryPoint::Whole,
+            1 => EntryPoint::From(usize::from(octant)),
+            _ => EntryPoint::Nowhere,
         }
     }
 
@@ -204,7 +207,7 @@ mod tests {
         w.run(|| {
             places.list(s, w, batch, RUN, |run| {
                 assert!((1..=RUN).contains(&run.len()));
-                plan_of(Portable.octant(&batch[usize::from(run[0])]))
+                entry_point_of(Portable.octant(&batch[usize::from(run[0])]))
             });
             let streams = places.streams(batch);
             streams.map(|picked| (picked.places.to_vec(), picked.there, picked.entry)).collect()
@@ -241,15 +244,15 @@ mod tests {
                         let own = |index: &usize| there >> index & 1 != 0;
                         listed.extend((0..group).filter(own).map(|index| places[index]));
                     }
-                    let plan = plan_of(octant(&places[0]));
-                    let alike = places.iter().all(|place| plan_of(octant(place)) == plan);
-                    let wanted = match plan {
-                        Plan::From(entry) if alike => Some(entry),
+                    let point = entry_point_of(octant(&places[0]));
+                    let alike = places.iter().all(|place| entry_point_of(octant(place)) == point);
+                    let wanted = match point {
+                        EntryPoint::From(entry) if alike => Some(entry),
                         _ => None,
                     };
                     assert_eq!(*entry, wanted, "{} of {size} rays", set.name());
                 }
-                let is_wanted = |place: &u16| plan_of(octant(place)) != Plan::Nowhere;
+                let is_wanted = |place: &u16| entry_point_of(octant(place)) != EntryPoint::Nowhere;
                 let wanted: Vec<u16> = (0..size as u16).filter(is_wanted).collect();
                 listed.sort_unstable();
                 assert_eq!(listed, wanted, "{} of {size} rays", set.name());

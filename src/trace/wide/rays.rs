@@ -53,7 +53,7 @@ const LARGEST_REACH: f32 = (1u128 << 124) as f32;
 /// and triangle tests overflows, and what underflows is bounded.
 const SHORTEST: f32 = 1.0 / (1u64 << 20) as f32;
 const LONGEST: f32 = (1u64 << 20) as f32;
-const FARTHEST: f32 = (1u64 << 40) as f32;
+pub(super) const FARTHEST: f32 = (1u64 << 40) as f32;
 /// As [`PreparedRay`] has it.
 const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
 

@@ -1,6 +1,6 @@
 //! What a look leaves out is in nobody's way: of all triangles that any ray of a run hits none is missing.
 
-use super::super::octants::Plan as Start;
+use super::super::octants::EntryPoint;
 use super::super::rays::Target;
 use super::super::simd::{Portable, Simd};
 use super::super::stream::Triangles;
@@ -8,7 +8,7 @@ use super::super::{
     Instructions, NoCount, Query, Scratch, Set, Structure, VisitCounts, Way, any_hit,
     any_hit_counted,
 };
-use super::{RUN, plan};
+use super::{RUN, look};
 use crate::build::{self, WideCosts};
 use crate::geometry::{TriangleMesh, Vec3};
 use crate::intersect::{Exact, Fast, Mode, PreparedRay, TriangleTest, hits_exactly};
@@ -95,21 +95,21 @@ fn mark_below(tree: &Bvh8, node: &Node8, marks: &mut [bool]) {
     node.children[..node.len as usize].iter().for_each(|child| mark(tree, *child, marks));
 }
 
-/// Which triangles a plan leaves to be met by rays that start at a node or the root.
+/// Which triangles a look leaves to be met by rays that start at a node or the root.
 fn left<S: Simd>(
     s: S,
     tree: &Bvh8,
     given: Option<&Node8>,
     rays: &[Ray],
     target: Target<'_>,
-) -> (Start, Vec<bool>) {
+) -> (EntryPoint, Vec<bool>) {
     let places: Vec<u16> = (0..rays.len() as u16).collect();
     let mut entries: Vec<Node8> = Vec::new();
     let trees = Triangles { tree, number: 0 };
     let start =
-        s.run(|| plan(s, trees, given, rays, &places, target, &mut Gate::default(), &mut entries));
-    let mut marks = vec![start == Start::Whole; target.mesh.len()];
-    if let Start::From(index) = start {
+        s.run(|| look(s, trees, given, rays, &places, target, &mut Gate::default(), &mut entries));
+    let mut marks = vec![start == EntryPoint::Whole; target.mesh.len()];
+    if let EntryPoint::From(index) = start {
         mark_below(tree, &entries[index], &mut marks);
     }
     (start, marks)
@@ -146,9 +146,9 @@ fn no_hit_is_left_out() {
                     }
                 };
                 starts[match start {
-                    Start::Whole => 0,
-                    Start::From(_) => 1,
-                    Start::Nowhere => 2,
+                    EntryPoint::Whole => 0,
+                    EntryPoint::From(_) => 1,
+                    EntryPoint::Nowhere => 2,
                 }] += 1;
                 for (id, (hit, there)) in hit.iter().zip(&marks).enumerate() {
                     let name = set.name();
