@@ -45,17 +45,26 @@ impl<P: Fn(usize, usize) -> f64> Layout<'_, P> {
     fn emit_leaf(&self, binary: ChildRef, output: &mut Output<'_>) -> ChildRef {
         let mut slots = [0; MAX_WIDE_LEAF];
         let count = self.slots_below(binary, &mut slots, 0);
-        let mut triangles = [Triangle::default(); MAX_WIDE_LEAF];
         let first = output.used;
         output.used += count;
         let ids = &mut output.triangle_ids[first..output.used];
-        for ((triangle, id), &slot) in triangles.iter_mut().zip(ids).zip(&slots) {
-            (*triangle, *id) = (self.tree.triangles[slot], self.tree.triangle_ids[slot]);
-        }
         let block = &mut output.leaves[first * LEAF_ROWS..output.used * LEAF_ROWS];
+        let Bvh2 { triangles, triangle_ids, .. } = self.tree;
+        let run = slots[0]..slots[0] + count;
+        let mut gathered = [Triangle::default(); MAX_WIDE_LEAF];
+        // As they mostly are.
+        let triangles = if run.clone().eq(slots[..count].iter().copied()) {
+            ids.copy_from_slice(&triangle_ids[run.clone()]);
+            &triangles[run]
+        } else {
+            for ((triangle, id), &slot) in gathered.iter_mut().zip(ids).zip(&slots) {
+                (*triangle, *id) = (triangles[slot], triangle_ids[slot]);
+            }
+            &gathered[..count]
+        };
         vectorized(
             #[inline(always)]
-            || write_leaf_in_lanes(block, &triangles[..count]),
+            || write_leaf_in_lanes(block, triangles),
         );
         ChildRef::leaf(output.first_slot + first, count)
     }

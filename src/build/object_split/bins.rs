@@ -6,30 +6,19 @@ use super::{Instructions, Kind, PARALLEL_BINNING, Split, Way};
 use glam::Vec4;
 use rayon::prelude::*;
 
-/// The centre of a box in the lower lanes, and its negative in the upper ones: what is a box around it.
+/// Twice the centre of a box in the lower lanes, and its negative in the upper ones: what is a box around
+/// it. Where it overflows there is one bin.
 #[inline(always)]
-pub(super) fn center<L: Lanes>(lanes: L, around: L::Eight, half: L::Eight) -> L::Eight {
-    lanes.sub(lanes.mul(around, half), lanes.mul(lanes.swap_halves(around), half))
+pub(super) fn twice_center<L: Lanes>(lanes: L, around: L::Eight) -> L::Eight {
+    lanes.sub(around, lanes.swap_halves(around))
 }
 
-/// Numbers whose nearest integers are bins, below zero by a half at most, from centres and from the
-/// numbers of a [`Binning`] with a half among them.
-#[inline(always)]
-pub(super) fn place<L: Lanes>(
-    lanes: L,
-    center: L::Eight,
-    [origin, scale, half, last]: [L::Eight; 4],
-) -> L::Eight {
-    let place = lanes.mul(lanes.sub(center, origin), scale);
-    lanes.min(lanes.sub(place, half), last)
-}
-
-/// Maps centres to bins; the same for binning and dividing.
+/// Maps twice the centres to places, whose integers are bins; the same for binning and dividing.
 #[derive(Clone, Copy)]
 pub(super) struct Binning {
     pub(super) origin: Vec4,
     pub(super) scale: Vec4,
-    pub(super) last: Vec4,
+    last: Vec4,
 }
 
 impl Binning {
@@ -47,7 +36,7 @@ impl Binning {
 /// Boxes of references by bin and axis, each with the number of references in its last lane.
 #[derive(Clone, Copy)]
 struct Bins<const N: usize> {
-    boxes: [[VectorBox; 3]; N],
+    boxes: [[VectorBox; N]; 3],
 }
 
 impl<const N: usize> Bins<N> {
@@ -55,33 +44,21 @@ impl<const N: usize> Bins<N> {
     fn empty() -> Self {
         let mut none = VectorBox::EMPTY;
         none.0[7] = 0.0;
-        Self { boxes: [[none; 3]; N] }
+        Self { boxes: [[none; N]; 3] }
     }
 
     /// Those in a bin of each axis; the fourth number means nothing.
     #[inline(always)]
     fn counts(&self, bin: usize) -> Vec4 {
-        let [x, y, z] = self.boxes[bin].each_ref().map(|own| own.0[7]);
+        let [x, y, z] = self.boxes.each_ref().map(|own| own[bin].0[7]);
         Vec4::new(x, y, z, z)
     }
 
     #[inline(always)]
-    fn fill(&mut self, instructions: Instructions, references: &[Reference], binning: &Binning) {
-        match instructions.0 {
-            Kind::Portable => self.fill_in_lanes(Portable, references, binning),
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx2(avx2) => avx2.run(
-                #[inline(always)]
-                || self.fill_in_lanes(avx2, references, binning),
-            ),
-        }
-    }
-
-    #[inline(always)]
-    fn fill_in_lanes<L: Lanes>(&mut self, lanes: L, references: &[Reference], binning: &Binning) {
+    fn fill<L: Lanes>(&mut self, lanes: L, references: &[Reference], binning: &Binning) {
         let row = |numbers: Vec4| lanes.load(&VectorBox::new(numbers, numbers).0);
         let [origin, scale, last] = [binning.origin, binning.scale, binning.last].map(row);
-        let numbers = [origin, scale, lanes.splat(0.5), last];
+        let numbers = [origin, scale, last];
         // Neighbours fall into the same bins and would wait for each other: so one of each quarter at a
         // time, unless there are few. Bins do not depend on the order.
         let in_quarters = if N > 4 { references.len() / 4 * 4 } else { 0 };
@@ -99,14 +76,18 @@ impl<const N: usize> Bins<N> {
         }
     }
 
-    /// `numbers` are those that [`place`] takes.
     #[inline(always)]
-    fn add<L: Lanes>(&mut self, lanes: L, reference: &Reference, numbers: [L::Eight; 4]) {
+    fn add<L: Lanes>(
+        &mut self,
+        lanes: L,
+        reference: &Reference,
+        [origin, scale, last]: [L::Eight; 3],
+    ) {
         let around = lanes.load(&reference.vectors.0);
-        let place = place(lanes, center(lanes, around, numbers[2]), numbers);
-        for (axis, bin) in lanes.nearest(place).into_iter().enumerate() {
-            let bin = bin as usize % N;
-            let own = &mut self.boxes[bin][axis].0;
+        let place = lanes.mul(lanes.sub(twice_center(lanes, around), origin), scale);
+        let bins = lanes.integers(lanes.min(place, last));
+        for (boxes, bin) in self.boxes.iter_mut().zip(bins) {
+            let own = &mut boxes[bin as usize % N].0;
             lanes.store(own, lanes.add_to_box(lanes.load(own), around));
         }
     }
@@ -124,26 +105,23 @@ impl<const N: usize> Bins<N> {
     /// The cheapest plane, without the cost of entering the node.
     #[inline(always)]
     fn split(&self, binning: Binning) -> Option<Split> {
-        // Of bins i and up, and of those below.
+        // Of bins i and up.
         let mut upper_costs = [Vec4::ZERO; N];
-        let mut upper_boxes = [[VectorBox::EMPTY; 3]; N];
-        let mut lower_boxes = [[VectorBox::EMPTY; 3]; N];
         let mut boxes = [VectorBox::EMPTY; 3];
         let mut count = Vec4::ZERO;
         for bin in (1..N).rev() {
-            for (around, own) in boxes.iter_mut().zip(&self.boxes[bin]) {
-                *around = around.union(*own);
+            for (around, own) in boxes.iter_mut().zip(&self.boxes) {
+                *around = around.union(own[bin]);
             }
             count += self.counts(bin);
             upper_costs[bin] = half_areas(&boxes) * count;
-            upper_boxes[bin] = boxes;
         }
         let mut boxes = [VectorBox::EMPTY; 3];
         let mut count = Vec4::ZERO;
         let (mut least, mut at) = (Vec4::INFINITY, Vec4::ZERO);
         for bin in 1..N {
-            for (around, own) in boxes.iter_mut().zip(&self.boxes[bin - 1]) {
-                *around = around.union(*own);
+            for (around, own) in boxes.iter_mut().zip(&self.boxes) {
+                *around = around.union(own[bin - 1]);
             }
             count += self.counts(bin - 1);
             // An empty side costs infinity times 0, which is less than nothing.
@@ -151,7 +129,6 @@ impl<const N: usize> Bins<N> {
             let is_less = cost.cmplt(least);
             least = Vec4::select(is_less, cost, least);
             at = Vec4::select(is_less, Vec4::splat(bin as f32), at);
-            lower_boxes[bin] = boxes;
         }
         let (least, at) = (least.to_array(), at.to_array());
         let axis = (1..3).fold(0, |best, axis| if least[axis] < least[best] { axis } else { best });
@@ -159,7 +136,9 @@ impl<const N: usize> Bins<N> {
         if cost == f32::INFINITY {
             return None;
         }
-        let boxes = [&lower_boxes, &upper_boxes].map(|boxes| boxes[bin as usize % N][axis]);
+        let (lower, upper) = self.boxes[axis].split_at(bin as usize % N);
+        let boxes = [lower, upper]
+            .map(|own| own.iter().fold(VectorBox::EMPTY, |around, own| around.union(*own)));
         Some(Split { way: Way::Plane { axis, bin, binning }, boxes, cost })
     }
 }
@@ -179,9 +158,25 @@ pub(super) fn best_plane<const N: usize>(
     references: &[Reference],
     extent: &Extent,
 ) -> Option<Split> {
-    let binning = Binning::new(&extent.centers, N);
+    let binning = Binning::new(&extent.twice_centers, N);
+    match instructions.0 {
+        Kind::Portable => best_of_bins::<N, _>(Portable, references, binning),
+        #[cfg(target_arch = "x86_64")]
+        Kind::Avx2(avx2) => avx2.run(
+            #[inline(always)]
+            || best_of_bins::<N, _>(avx2, references, binning),
+        ),
+    }
+}
+
+#[inline(always)]
+fn best_of_bins<const N: usize, L: Lanes>(
+    lanes: L,
+    references: &[Reference],
+    binning: Binning,
+) -> Option<Split> {
     let mut bins = Bins::<N>::empty();
-    bins.fill(instructions, references, &binning);
+    bins.fill(lanes, references, &binning);
     bins.split(binning)
 }
 
@@ -190,10 +185,17 @@ pub(super) fn best_plane_on_all_threads<const N: usize>(
     references: &[Reference],
     extent: &Extent,
 ) -> Option<Split> {
-    let binning = Binning::new(&extent.centers, N);
+    let binning = Binning::new(&extent.twice_centers, N);
     let fill = |chunk: &[Reference]| {
         let mut bins = Bins::<N>::empty();
-        bins.fill(instructions, chunk, &binning);
+        match instructions.0 {
+            Kind::Portable => bins.fill(Portable, chunk, &binning),
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2(avx2) => avx2.run(
+                #[inline(always)]
+                || bins.fill(avx2, chunk, &binning),
+            ),
+        }
         bins
     };
     // Merging boxes and counts gives the same result in any order.

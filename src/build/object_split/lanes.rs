@@ -15,22 +15,24 @@ pub(super) trait Lanes: Copy {
     fn load(self, from: &Row) -> Self::Eight;
     fn store(self, to: &mut Row, value: Self::Eight);
     fn splat(self, value: f32) -> Self::Eight;
-    fn add(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
     fn sub(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
     fn mul(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
     /// `a < b ? a : b`: `b` if either is NaN.
     fn min(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
-    /// A box and how many are in it, its last lane: with one more in it, whose last lane means nothing.
+    /// A box and how many are in it, its last lane: with one more in it, whose last lane is infinite.
     fn add_to_box(self, all: Self::Eight, one: Self::Eight) -> Self::Eight;
     /// The upper four in the place of the lower four, and the other way round.
     fn swap_halves(self, a: Self::Eight) -> Self::Eight;
-    /// The nearest integers to the first three; of halves the even ones. They are at least 0 and below
-    /// 2^22.
-    fn nearest(self, a: Self::Eight) -> [u32; 3];
+    /// One of the lower four in all lanes.
+    fn spread(self, a: Self::Eight, lane: usize) -> Self::Eight;
+    /// The integers below the first three, which are at least 0 and below 2^22.
+    fn integers(self, a: Self::Eight) -> [u32; 3];
     /// Whether `a` is less than `b`: of numbers that are the same in all lanes.
     fn is_less(self, a: Self::Eight, b: Self::Eight) -> Self::Mask;
-    /// `a` where the mask is set, `b` elsewhere.
-    fn select(self, mask: Self::Mask, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// The opposite answer.
+    fn not(self, mask: Self::Mask) -> Self::Mask;
+    /// `a`, or NaN if the mask is set.
+    fn unless(self, mask: Self::Mask, a: Self::Eight) -> Self::Eight;
     /// 1 if the mask is set, 0 if it is not.
     fn bit(self, mask: Self::Mask) -> usize;
 }
@@ -57,10 +59,6 @@ impl Lanes for Portable {
         [Vec4::splat(value); 2]
     }
     #[inline(always)]
-    fn add(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
-        [a[0] + b[0], a[1] + b[1]]
-    }
-    #[inline(always)]
     fn sub(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
         [a[0] - b[0], a[1] - b[1]]
     }
@@ -81,26 +79,33 @@ impl Lanes for Portable {
     #[inline(always)]
     fn add_to_box(self, all: [Vec4; 2], one: [Vec4; 2]) -> [Vec4; 2] {
         let [lower, upper] = self.min(all, one);
-        [lower, upper.with_w(all[1].w + 1.0)]
+        [lower, upper + Vec4::new(-0.0, -0.0, -0.0, 1.0)]
     }
     #[inline(always)]
     fn swap_halves(self, [lower, upper]: [Vec4; 2]) -> [Vec4; 2] {
         [upper, lower]
     }
     #[inline(always)]
-    fn nearest(self, a: [Vec4; 2]) -> [u32; 3] {
-        // Numbers from here on are integers, which their lowest bits tell.
-        const INTEGERS: f32 = (3 << 22) as f32;
-        let [x, y, z, _] = (a[0] + INTEGERS).to_array();
-        [x, y, z].map(|number| number.to_bits() & ((1 << 22) - 1))
+    fn spread(self, [lower, _]: [Vec4; 2], lane: usize) -> [Vec4; 2] {
+        [Vec4::splat(lower.to_array()[lane & 3]); 2]
+    }
+    #[inline(always)]
+    fn integers(self, a: [Vec4; 2]) -> [u32; 3] {
+        let [x, y, z, _] = a[0].to_array();
+        // By way of signed ones, to which there is an instruction.
+        [x, y, z].map(|number| number as i32 as u32)
     }
     #[inline(always)]
     fn is_less(self, a: [Vec4; 2], b: [Vec4; 2]) -> glam::BVec4A {
         a[0].cmplt(b[0])
     }
     #[inline(always)]
-    fn select(self, mask: glam::BVec4A, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
-        [Vec4::select(mask, a[0], b[0]), Vec4::select(mask, a[1], b[1])]
+    fn not(self, mask: glam::BVec4A) -> glam::BVec4A {
+        !mask
+    }
+    #[inline(always)]
+    fn unless(self, mask: glam::BVec4A, a: [Vec4; 2]) -> [Vec4; 2] {
+        a.map(|half| Vec4::select(mask, Vec4::NAN, half))
     }
     #[inline(always)]
     fn bit(self, mask: glam::BVec4A) -> usize {
@@ -146,10 +151,6 @@ mod avx2 {
             avx2!(_mm256_set1_ps(value))
         }
         #[inline(always)]
-        fn add(self, a: __m256, b: __m256) -> __m256 {
-            avx2!(_mm256_add_ps(a, b))
-        }
-        #[inline(always)]
         fn sub(self, a: __m256, b: __m256) -> __m256 {
             avx2!(_mm256_sub_ps(a, b))
         }
@@ -164,8 +165,9 @@ mod avx2 {
         #[inline(always)]
         fn add_to_box(self, all: __m256, one: __m256) -> __m256 {
             avx2! {
-                let count = _mm256_add_ps(all, _mm256_set1_ps(1.0));
-                _mm256_blend_ps::<0b1000_0000>(_mm256_min_ps(all, one), count)
+                // Nothing is changed by a zero below zero.
+                let count = _mm256_setr_ps(-0.0, -0.0, -0.0, -0.0, -0.0, -0.0, -0.0, 1.0);
+                _mm256_add_ps(_mm256_min_ps(all, one), count)
             }
         }
         #[inline(always)]
@@ -173,9 +175,13 @@ mod avx2 {
             avx2!(_mm256_permute2f128_ps::<1>(a, a))
         }
         #[inline(always)]
-        fn nearest(self, a: __m256) -> [u32; 3] {
+        fn spread(self, a: __m256, lane: usize) -> __m256 {
+            avx2!(_mm256_permutevar8x32_ps(a, _mm256_set1_epi32((lane & 3) as i32)))
+        }
+        #[inline(always)]
+        fn integers(self, a: __m256) -> [u32; 3] {
             avx2! {
-                let integers = _mm_cvtps_epi32(_mm256_castps256_ps128(a));
+                let integers = _mm_cvttps_epi32(_mm256_castps256_ps128(a));
                 let first_two = _mm_cvtsi128_si64(integers) as u64;
                 [first_two as u32, (first_two >> 32) as u32, _mm_extract_epi32::<2>(integers) as u32]
             }
@@ -185,8 +191,13 @@ mod avx2 {
             avx2!(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b))
         }
         #[inline(always)]
-        fn select(self, mask: __m256, a: __m256, b: __m256) -> __m256 {
-            avx2!(_mm256_blendv_ps(b, a, mask))
+        fn not(self, mask: __m256) -> __m256 {
+            avx2!(_mm256_xor_ps(mask, _mm256_castsi256_ps(_mm256_set1_epi32(-1))))
+        }
+        #[inline(always)]
+        fn unless(self, mask: __m256, a: __m256) -> __m256 {
+            // All ones are a NaN.
+            avx2!(_mm256_or_ps(mask, a))
         }
         #[inline(always)]
         fn bit(self, mask: __m256) -> usize {

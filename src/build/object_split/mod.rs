@@ -173,7 +173,7 @@ impl Split {
         references: &mut [Reference],
     ) -> (usize, [Extent; 2]) {
         let (lower, centers) = self.move_apart(instructions, references);
-        let extent = |side: usize| Extent { boxes: self.boxes[side], centers: centers[side] };
+        let extent = |side: usize| Extent { boxes: self.boxes[side], twice_centers: centers[side] };
         (lower, [extent(0), extent(1)])
     }
 

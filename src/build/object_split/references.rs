@@ -62,7 +62,7 @@ impl VectorBox {
 #[derive(Clone, Copy, Zeroable)]
 #[repr(C)]
 pub(in crate::build) struct Reference {
-    /// The index lies in the fourth lane of the lower corner.
+    /// The index lies in the fourth lane of the lower corner; the last number is infinite.
     pub(super) vectors: VectorBox,
 }
 
@@ -74,7 +74,7 @@ const ID_BITS: u32 = 0x4000_0000;
 impl Reference {
     pub(in crate::build) fn new(bounds: &Aabb, id: u32) -> Self {
         let lower = bounds.min.extend(f32::from_bits(ID_BITS + id));
-        Self { vectors: VectorBox::new(lower, bounds.max.extend(0.0)) }
+        Self { vectors: VectorBox::new(lower, bounds.max.extend(f32::NEG_INFINITY)) }
     }
 
     #[inline(always)]
@@ -87,10 +87,10 @@ impl Reference {
         self.vectors.aabb()
     }
 
-    /// The box's centre; the fourth lane means nothing.
+    /// Twice the box's centre; the fourth lane means nothing.
     #[inline(always)]
-    fn center(&self) -> Vec4 {
-        self.vectors.lower() * 0.5 - self.vectors.negated_upper() * 0.5
+    fn twice_center(&self) -> Vec4 {
+        self.vectors.lower() - self.vectors.negated_upper()
     }
 }
 
@@ -99,23 +99,28 @@ impl Reference {
 pub(in crate::build) struct Extent {
     /// Around their boxes.
     pub(super) boxes: VectorBox,
-    /// Around the centres of their boxes.
-    pub(super) centers: VectorBox,
+    /// Around twice the centres of their boxes.
+    pub(super) twice_centers: VectorBox,
 }
 
 impl Extent {
-    const EMPTY: Self = Self { boxes: VectorBox::EMPTY, centers: VectorBox::EMPTY };
+    const EMPTY: Self = Self { boxes: VectorBox::EMPTY, twice_centers: VectorBox::EMPTY };
 
     /// Of all of `references`.
     pub(in crate::build) fn of(references: &[Reference]) -> Self {
         references.iter().fold(Self::EMPTY, |all, r| Self {
             boxes: all.boxes.union(r.vectors),
-            centers: all.centers.union(VectorBox::new(r.center(), r.center())),
+            twice_centers: all
+                .twice_centers
+                .union(VectorBox::new(r.twice_center(), r.twice_center())),
         })
     }
 
     fn union(self, other: Self) -> Self {
-        Self { boxes: self.boxes.union(other.boxes), centers: self.centers.union(other.centers) }
+        Self {
+            boxes: self.boxes.union(other.boxes),
+            twice_centers: self.twice_centers.union(other.twice_centers),
+        }
     }
 
     /// The box around the references' boxes.

@@ -1,10 +1,9 @@
 //! Moving the two sides of a split apart.
 
 use super::Way;
-use super::bins::{center, place};
+use super::bins::twice_center;
 use super::lanes::Lanes;
 use super::references::{Reference, VectorBox};
-use glam::Vec4;
 
 /// Moves the lower side to the front; returns where the other begins and the boxes around both sides'
 /// centres.
@@ -16,19 +15,12 @@ pub(super) fn move_apart<L: Lanes>(
 ) -> (usize, [VectorBox; 2]) {
     match way {
         Way::Plane { axis, bin, binning } => {
-            let half = lanes.splat(0.5);
-            let on_axis = |numbers: Vec4| lanes.splat(numbers[axis]);
-            let numbers =
-                [on_axis(binning.origin), on_axis(binning.scale), half, on_axis(binning.last)];
-            // As the nearest integer to the place is below the bin.
-            const INTEGERS: f32 = (3 << 22) as f32;
-            let integers = lanes.splat(INTEGERS);
-            let bin = lanes.splat(bin + INTEGERS);
-            let is_lower = |_, reference: &Reference| {
-                let corner = |lane: usize| lanes.splat(reference.vectors.0[lane & 7]);
-                let center =
-                    lanes.sub(lanes.mul(corner(axis), half), lanes.mul(corner(axis + 4), half));
-                lanes.is_less(lanes.add(place(lanes, center, numbers), integers), bin)
+            let [origin, scale] = [binning.origin, binning.scale].map(|n| lanes.splat(n[axis]));
+            let bin = lanes.splat(bin);
+            // As the integer below the place is below the bin; no less than the last one is.
+            let is_lower = |_, twice_center| {
+                let from_origin = lanes.sub(lanes.spread(twice_center, axis), origin);
+                lanes.is_less(lanes.mul(from_origin, scale), bin)
             };
             swap_to_sides(lanes, references, is_lower)
         }
@@ -43,23 +35,23 @@ pub(super) fn move_apart<L: Lanes>(
 fn swap_to_sides<L: Lanes>(
     lanes: L,
     references: &mut [Reference],
-    is_lower: impl Fn(usize, &Reference) -> L::Mask,
+    is_lower: impl Fn(usize, L::Eight) -> L::Mask,
 ) -> (usize, [VectorBox; 2]) {
-    let (half, nothing) = (lanes.splat(0.5), lanes.splat(f32::INFINITY));
-    let mut centers = [nothing; 2];
+    let mut centers = [lanes.splat(f32::INFINITY); 2];
     let mut lower = 0;
     for index in 0..references.len() {
-        let reference = &references[index];
-        let around = lanes.load(&reference.vectors.0);
-        let center = center(lanes, around, half);
-        let is_lower = is_lower(index, reference);
+        let around = lanes.load(&references[index].vectors.0);
+        let twice_center = twice_center(lanes, around);
+        let is_lower = is_lower(index, twice_center);
         // Without branches: no processor foresees the side. What is between `lower` and here is upper.
         let first_upper = lanes.load(&references[lower].vectors.0);
         lanes.store(&mut references[index].vectors.0, first_upper);
         lanes.store(&mut references[lower].vectors.0, around);
         lower += lanes.bit(is_lower);
-        centers[0] = lanes.min(centers[0], lanes.select(is_lower, center, nothing));
-        centers[1] = lanes.min(centers[1], lanes.select(is_lower, nothing, center));
+        // Of NaN and another number the other is the smaller one.
+        let [of_lower, of_upper] =
+            [lanes.not(is_lower), is_lower].map(|mask| lanes.unless(mask, twice_center));
+        centers = [lanes.min(of_lower, centers[0]), lanes.min(of_upper, centers[1])];
     }
     let stored = centers.map(|around| {
         let mut stored = VectorBox::EMPTY;

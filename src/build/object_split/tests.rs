@@ -24,7 +24,7 @@ fn instructions_do_not_show() {
                 let (middle, extents) = split.divide(instructions, &mut references);
                 let ids: Vec<u32> = references.iter().map(Reference::id).collect();
                 let numbers = extents.map(|extent| {
-                    let boxes = [extent.boxes, extent.centers];
+                    let boxes = [extent.boxes, extent.twice_centers];
                     boxes.map(|vectors| {
                         (vectors.lower().truncate(), vectors.negated_upper().truncate())
                     })
@@ -56,7 +56,7 @@ fn sides_are_those_of_the_split() {
         {
             let own = Extent::of(side);
             assert_eq!(own.boxes.aabb(), extent.boxes.aabb(), "{count}");
-            assert_eq!(own.centers.aabb(), extent.centers.aabb(), "{count}");
+            assert_eq!(own.twice_centers.aabb(), extent.twice_centers.aabb(), "{count}");
         }
         let [lower, upper] = {
             set.extent = extent;

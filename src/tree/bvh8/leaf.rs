@@ -2,7 +2,7 @@
 
 use super::{LEAF_ROWS, MAX_WIDE_LEAF, WIDTH};
 use crate::geometry::{Aabb, Triangle, TriangleMesh};
-use crate::vectorized::{cross, dot, minus};
+use crate::vectorized::{cross, dot, inverse_sqrt, minus};
 use glam::DVec3;
 
 /// Of the angle between two edges, for the normal to be certain.
@@ -27,12 +27,12 @@ fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
     // Products of two edges lose at most 2^-51 of their lengths.
     let squared = cross.length_squared();
     let lengths = ab.length_squared() * ac.length_squared();
-    let shrink = scale.recip();
+    let shrink = reciprocal_of_power(scale);
     let (ab, ac) = (ab * -shrink, ac * shrink);
     let (ab, ac, normal, height) =
         if squared > lengths * LEAST_SINE_SQUARED && squared > LEAST_SQUARED {
-            let length = squared.sqrt();
-            (ab, ac, cross * length.recip(), length * shrink)
+            let unit = inverse_sqrt(squared);
+            (ab, ac, cross * unit, squared * unit * shrink)
         } else if is_difference(a, b) && is_difference(a, c) && are_parallel(b - a, c - a) {
             (ANY_EDGE, -ANY_EDGE, DVec3::splat(3f64.sqrt().recip()), 0.0)
         } else {
@@ -44,6 +44,12 @@ fn leaf_numbers(triangle: &Triangle) -> [f32; LEAF_ROWS] {
     let [g, h, i] = second;
     let [j, k, l] = normal;
     [a, b, c, d, e, f, g, h, i, j, k, l, height as f32]
+}
+
+/// One over a power of two from `2^-1022` to `2^1022`, without a rounding.
+#[inline(always)]
+fn reciprocal_of_power(power: f64) -> f64 {
+    f64::from_bits((2046 << 52) - power.to_bits())
 }
 
 /// Whether the difference of the two is exact: then both can be had back from it.
@@ -127,19 +133,23 @@ fn write_lanes<const LANES: usize>(block: &mut [f32], triangles: &[Triangle]) {
         let lengths = dot(ab, ab) * dot(ac, ac);
         // Where it is not, branches decide, one triangle at a time.
         is_certain[lane] = (squared > lengths * LEAST_SINE_SQUARED) & (squared > LEAST_SQUARED);
-        let shrink = 1.0 / scale;
-        let length = squared.sqrt();
-        let unit = 1.0 / length;
+        let shrink = reciprocal_of_power(scale);
+        let unit = inverse_sqrt(squared);
         for axis in 0..3 {
             rows[axis][lane] = a[axis] as f32;
             rows[3 + axis][lane] = (ab[axis] * -shrink) as f32;
             rows[6 + axis][lane] = (ac[axis] * shrink) as f32;
             rows[9 + axis][lane] = (normal[axis] * unit) as f32;
         }
-        rows[12][lane] = (length * shrink) as f32;
+        rows[12][lane] = (squared * unit * shrink) as f32;
     }
-    for (row, numbers) in block.chunks_exact_mut(count).zip(&rows) {
-        row.copy_from_slice(&numbers[..count]);
+    for (row, numbers) in rows.iter().enumerate() {
+        let rest = &mut block[row * count..];
+        // All lanes where there is room, which is quicker: the rows that follow overwrite the unused ones.
+        match rest.first_chunk_mut() {
+            Some(all) => *all = *numbers,
+            None => rest[..count].copy_from_slice(&numbers[..count]),
+        }
     }
     for (lane, triangle) in triangles.iter().enumerate() {
         if !is_certain[lane] {
