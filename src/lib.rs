@@ -2,6 +2,7 @@
 
 // In layers: each module uses only those above it.
 pub mod error;
+mod filled;
 pub mod geometry;
 mod huge_pages;
 pub mod output;

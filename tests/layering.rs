@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 /// named beside it.
 const LAYERS: &[(&str, u32, &[&str])] = &[
     ("error", 0, &[]),
+    ("filled", 0, &["huge_pages"]),
     ("huge_pages", 0, &[]),
     ("processor", 0, &[]),
     ("vectorized", 0, &[]),

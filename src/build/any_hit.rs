@@ -23,7 +23,7 @@ pub(super) static ENTRY: BuilderEntry = BuilderEntry {
     name: "any-hit",
     about: "top-down by the expected cost of rays that any hit ends: large occluders whole and high",
     build,
-    in_parts: Some(|mesh, order| with_root(mesh, |root| in_parts::build(mesh, root, order))),
+    in_parts: Some(|mesh, order| with_root(mesh, |root| in_parts::build(mesh, root, order, None))),
 };
 
 /// Shadow rays are segments, which meet less than lines do: how much less depends on the rays, which the
@@ -44,7 +44,7 @@ const MOST_BINS: usize = 32;
 const BY_SIZE: usize = 3;
 
 fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
-    with_root(mesh, |root| top_down::build(mesh, root, leaves))
+    with_root(mesh, |root| top_down::build(mesh, root, leaves, None))
 }
 
 /// Gives `build` the set of all triangles; `None` of an empty mesh.

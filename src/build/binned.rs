@@ -1,6 +1,7 @@
 //! Top-down building by binned surface-area heuristic: fast, and the trees are good.
 
 use super::object_split::{Reference, Set, Split, references_to};
+use super::top_reinsertion::Sets;
 use super::{BuilderEntry, Leaves, in_parts, top_down};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::tree::Bvh2;
@@ -9,15 +10,20 @@ pub(super) static ENTRY: BuilderEntry = BuilderEntry {
     name: "binned",
     about: "top-down by binned surface-area heuristic, up to 32 bins on each axis",
     build,
-    in_parts: Some(|mesh, order| with_root(mesh, |root| in_parts::build(mesh, root, order))),
+    in_parts: Some(|mesh, order| with_root(mesh, |root| in_parts::build(mesh, root, order, None))),
 };
 
 pub(super) fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
-    with_root(mesh, |root| top_down::build(mesh, root, leaves))
+    build_in_sets(mesh, leaves, None)
+}
+
+/// The same, and sets can be moved.
+pub(super) fn build_in_sets(mesh: &TriangleMesh, leaves: Leaves, sets: Option<Sets>) -> Bvh2 {
+    with_root(mesh, |root| top_down::build(mesh, root, leaves, sets))
 }
 
 /// Gives `build` the set of all triangles; `None` of an empty mesh.
-fn with_root<R>(mesh: &TriangleMesh, build: impl FnOnce(Option<Set<'_>>) -> R) -> R {
+pub(super) fn with_root<R>(mesh: &TriangleMesh, build: impl FnOnce(Option<Set<'_>>) -> R) -> R {
     let (mut references, extent) = references_to(mesh);
     build((!mesh.is_empty()).then(|| Set::new(&mut references, extent)))
 }

@@ -10,8 +10,10 @@ mod object_split;
 mod reinsertion;
 mod small;
 mod spatial;
+mod subtrees;
 mod sweep;
 mod top_down;
+mod top_reinsertion;
 
 pub use collapse::{WideCosts, collapse};
 pub(crate) use collapse::{WideScores, collapse_and_keep};
@@ -47,8 +49,14 @@ pub enum Leaves {
 }
 
 /// All builders.
-pub static BUILDERS: &[&BuilderEntry] =
-    &[&binned::ENTRY, &sweep::ENTRY, &spatial::ENTRY, &reinsertion::ENTRY, &any_hit::ENTRY];
+pub static BUILDERS: &[&BuilderEntry] = &[
+    &binned::ENTRY,
+    &top_reinsertion::ENTRY,
+    &sweep::ENTRY,
+    &spatial::ENTRY,
+    &reinsertion::ENTRY,
+    &any_hit::ENTRY,
+];
 
 /// The builder called `name`.
 pub fn find(name: &str) -> Option<&'static BuilderEntry> {

@@ -13,14 +13,14 @@ pub(super) static ENTRY: BuilderEntry = BuilderEntry {
     name: "sweep",
     about: "top-down by surface-area heuristic at every centre, without bins",
     build,
-    in_parts: Some(|mesh, order| with_root(mesh, |root| in_parts::build(mesh, root, order))),
+    in_parts: Some(|mesh, order| with_root(mesh, |root| in_parts::build(mesh, root, order, None))),
 };
 
 /// Parts whose axes are worth a thread each.
 const PARALLEL_AXES: usize = 1 << 14;
 
 fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
-    with_root(mesh, |root| top_down::build(mesh, root, leaves))
+    with_root(mesh, |root| top_down::build(mesh, root, leaves, None))
 }
 
 /// Gives `build` the set of all triangles; `None` of an empty mesh.

@@ -5,6 +5,7 @@
 //! depend on how many there are. Slots that leaves of several triangles, or unused room, leave empty
 //! are closed up at the end.
 
+use super::top_reinsertion::Sets;
 use super::{Leaves, WideCosts};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::tree::{
@@ -57,8 +58,14 @@ pub(super) trait Part: Sized + Send {
 
 const EMPTY_SLOT: u32 = u32::MAX;
 
-/// Builds the tree of all of `mesh` from its root; `None` for an empty mesh.
-pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>, leaves: Leaves) -> Bvh2 {
+/// Builds the tree of all of `mesh` from its root; `None` for an empty mesh. Where `sets` are to be moved
+/// they have the depth for it.
+pub(super) fn build<P: Part>(
+    mesh: &TriangleMesh,
+    root: Option<P>,
+    leaves: Leaves,
+    sets: Option<Sets>,
+) -> Bvh2 {
     let capacity = root.as_ref().map_or(0, P::capacity);
     let bounds = root.as_ref().map_or(Aabb::EMPTY, P::bounds);
     let mut nodes: Vec<Node2> = bytemuck::zeroed_vec(capacity.saturating_sub(1));
@@ -66,7 +73,8 @@ pub(super) fn build<P: Part>(mesh: &TriangleMesh, root: Option<P>, leaves: Leave
     let mut triangle_ids = vec![EMPTY_SLOT; capacity];
     let root = root.map(|part| {
         let room = Room { nodes: &mut nodes, notes: &mut notes, slots: &mut triangle_ids };
-        grow(part, room, Place::default(), leaves).child
+        let most_of_set = sets.map_or(0, |sets| sets.most);
+        grow(part, room, Place { most_of_set, ..Place::default() }, leaves).child
     });
     let root = close_up(&mut nodes, &mut notes, &mut triangle_ids, root);
     // Few at a time, so that small trees are built on the one thread that asks for them.
@@ -90,6 +98,8 @@ struct Place {
     first_node: usize,
     first_slot: usize,
     depth: usize,
+    /// Most references of a set that can be moved.
+    most_of_set: usize,
 }
 
 /// A finished subtree.
@@ -142,8 +152,11 @@ pub(super) fn fate<P: Part>(mut part: P, depth: usize, leaves: Leaves) -> Fate<P
     Fate::Sides(sides)
 }
 
-fn grow<P: Part>(part: P, room: Room<'_>, place: Place, leaves: Leaves) -> Grown {
+fn grow<P: Part>(part: P, room: Room<'_>, mut place: Place, leaves: Leaves) -> Grown {
     let (count, bounds) = (part.count(), part.bounds());
+    if count <= place.most_of_set {
+        place = Place { depth: Sets::depth(place.depth), most_of_set: 0, ..place };
+    }
     let sides = match fate(part, place.depth, leaves) {
         Fate::Leaf(part) => return leaf(part.triangle_ids(), count, bounds, room, place),
         Fate::LeafOf(sides) => {
@@ -164,6 +177,7 @@ fn grow<P: Part>(part: P, room: Room<'_>, place: Place, leaves: Leaves) -> Grown
         first_node: place.first_node + middle,
         first_slot: place.first_slot + middle,
         depth,
+        ..place
     };
     let [lower, upper] = sides;
     let lower_room = Room { nodes: lower_nodes, notes: lower_notes, slots: lower_slots };

@@ -30,7 +30,7 @@ pub(super) static ENTRY: BackendEntry = BackendEntry {
             choices: || {
                 build::BUILDERS.iter().map(|b| Choice { name: b.name, about: b.about }).collect()
             },
-            default: "binned",
+            default: "top-reinsertion",
         },
         Key {
             name: "order",

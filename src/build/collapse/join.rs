@@ -1,10 +1,8 @@
 //! A wide tree from parts that were laid out on their own.
 
 use super::WideScores;
-use crate::huge_pages;
+use crate::filled;
 use crate::tree::{ChildRef, Node8};
-use bytemuck::zeroed_vec;
-use rayon::prelude::*;
 
 /// A part of a wide tree, in depth-first order.
 pub(in crate::build) enum Piece {
@@ -45,24 +43,20 @@ pub(in crate::build) fn join(
         Piece::Node(..) => ChildRef::inner(places[piece]),
         Piece::Part(part) => moved(part.root, places[piece]),
     };
-    let mut nodes = zeroed_vec::<Node8>(count);
-    huge_pages::ask_for(&mut nodes);
-    let mut rest = nodes.as_mut_slice();
-    let mut tasks = Vec::with_capacity(pieces.len());
-    for (piece, &place) in pieces.iter().zip(&places) {
-        let (own, others) = rest.split_at_mut(piece.len());
-        rest = others;
-        tasks.push((piece, place, own));
-    }
-    tasks.into_par_iter().for_each(|(piece, place, own)| match piece {
+    let lengths: Vec<usize> = pieces.iter().map(Piece::len).collect();
+    let (nodes, _) = filled::in_parts(&lengths, |piece, own| match &pieces[piece] {
         Piece::Node(node, _) => {
-            own[0] = **node;
-            own[0].children_mut().iter_mut().for_each(|child| *child = begins(child.node_index()));
+            own.push(**node);
+            let children = own.filled()[0].children_mut();
+            children.iter_mut().for_each(|child| *child = begins(child.node_index()));
         }
         Piece::Part(part) => {
-            own.copy_from_slice(&part.nodes);
-            for node in own {
-                node.children_mut().iter_mut().for_each(|child| *child = moved(*child, place));
+            for node in &part.nodes {
+                own.push(*node);
+            }
+            for node in own.filled() {
+                let children = node.children_mut().iter_mut();
+                children.for_each(|child| *child = moved(*child, places[piece]));
             }
         }
     });

@@ -9,6 +9,7 @@ use super::collapse::{
     Child, Cost, Layout, Output, Part as Laid, Plan, Program, Slots, WideScores, join,
 };
 use super::top_down::{Fate, Part, fate};
+use super::top_reinsertion::{Sets, improved};
 use super::{Leaves, WideCosts};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::huge_pages;
@@ -47,20 +48,22 @@ pub struct PartOrder {
 }
 
 /// Builds the tree of all of `mesh` from its root, `None` for an empty mesh. On the current rayon pool;
-/// the same for any number of threads.
+/// the same for any number of threads. Where there are `sets`, these go where they cost least.
 pub(super) fn build<P: Part>(
     mesh: &TriangleMesh,
     root: Option<P>,
     order: PartOrder,
+    sets: Option<Sets>,
 ) -> BuiltInParts {
-    of_size(mesh, root, order, (mesh.len() / 16).clamp(MOST_OF_FEW, MOST))
+    of_size(mesh, root, order, sets, (mesh.len() / 16).clamp(MOST_OF_FEW, MOST))
 }
 
-/// The same in parts of at most `most` triangles, more than a leaf may have.
+/// The same in parts of at most `most` triangles, more than a leaf may have, and a set.
 fn of_size<P: Part>(
     mesh: &TriangleMesh,
     root: Option<P>,
     order: PartOrder,
+    sets: Option<Sets>,
     most: usize,
 ) -> BuiltInParts {
     let count = mesh.len();
@@ -71,12 +74,16 @@ fn of_size<P: Part>(
     huge_pages::ask_for(&mut leaves);
     huge_pages::ask_for(&mut triangle_ids);
     let program = Program::new(WideCosts::default(), &bounds);
-    let builder = Builder { mesh, order, program, most, score_ns: AtomicU64::new(0) };
+    let builder = Builder { mesh, order, program, score_ns: AtomicU64::new(0) };
     let (mut nodes, mut scores) = (Vec::new(), Vec::new());
     let root = root.map(|root| {
         let room = Room { leaves: &mut leaves, triangle_ids: &mut triangle_ids, first_slot: 0 };
+        let cut = match sets {
+            None => cut(root, 0, most, |depth| depth),
+            Some(sets) => moved(cut(root, 0, sets.most, Sets::depth), &bounds),
+        };
         let (mut top, mut parts) = (Vec::new(), Vec::new());
-        let root = add(builder.cut(root, 0, room), &mut top, &mut parts).child;
+        let root = add(cut, most, &mut Some(room), &mut top, &mut parts).child;
         let parts: Vec<_> = parts.into_par_iter().map(|set| builder.plan(set)).collect();
         let top = builder.plan_top(top, root, bounds, &parts);
         let parts = parts.into_par_iter().zip(&top.slots);
@@ -96,7 +103,6 @@ struct Builder<'a> {
     mesh: &'a TriangleMesh,
     order: PartOrder,
     program: Program,
-    most: usize,
     score_ns: AtomicU64,
 }
 
@@ -120,17 +126,47 @@ impl<'a> Room<'a> {
     }
 }
 
-/// Triangles that become a part, with `depth` nodes of the binary tree above them.
-struct Unfinished<'a, P> {
-    set: P,
-    depth: usize,
-    room: Room<'a>,
+/// Triangles that are divided so far.
+enum Cut<P> {
+    /// With `depth` nodes of the binary tree above them.
+    Set {
+        set: P,
+        depth: usize,
+    },
+    Sides {
+        count: usize,
+        bounds: Aabb,
+        sides: Box<[Cut<P>; 2]>,
+    },
 }
 
-/// What a set has become.
-enum Cut<'a, P> {
-    Part(Unfinished<'a, P>),
-    Sides(Box<[Cut<'a, P>; 2]>),
+impl<P: Part> Cut<P> {
+    fn of_sides(sides: [Self; 2]) -> Self {
+        let [(lower, lower_bounds), (upper, upper_bounds)] =
+            sides.each_ref().map(|side| (side.count(), side.bounds()));
+        let (count, bounds) = (lower + upper, lower_bounds.union(upper_bounds));
+        Self::Sides { count, bounds, sides: Box::new(sides) }
+    }
+
+    fn count(&self) -> usize {
+        match self {
+            Self::Set { set, .. } => set.count(),
+            Self::Sides { count, .. } => *count,
+        }
+    }
+
+    fn bounds(&self) -> Aabb {
+        match self {
+            Self::Set { set, .. } => set.bounds(),
+            Self::Sides { bounds, .. } => *bounds,
+        }
+    }
+}
+
+/// Triangles that become a part.
+struct Unfinished<'a, P> {
+    cut: Cut<P>,
+    room: Room<'a>,
 }
 
 /// A part with its place in the tree to be.
@@ -158,27 +194,9 @@ struct Grown {
 }
 
 impl Builder<'_> {
-    /// Divides a set into parts, on all threads.
-    fn cut<'a, P: Part>(&self, set: P, depth: usize, room: Room<'a>) -> Cut<'a, P> {
-        if set.count() <= self.most {
-            return Cut::Part(Unfinished { set, depth, room });
-        }
-        match fate(set, depth, Leaves::Wide) {
-            Fate::Leaf(set) => Cut::Part(Unfinished { set, depth, room }),
-            Fate::Sides([lower, upper]) | Fate::LeafOf([lower, upper]) => {
-                let [lower_room, upper_room] = room.split(lower.count());
-                let (lower, upper) = rayon::join(
-                    || self.cut(lower, depth + 1, lower_room),
-                    || self.cut(upper, depth + 1, upper_room),
-                );
-                Cut::Sides(Box::new([lower, upper]))
-            }
-        }
-    }
-
     /// Builds the binary tree of a part and plans it, on one thread.
     fn plan<'a, P: Part>(&self, part: Unfinished<'a, P>) -> Planned<'a> {
-        let Unfinished { set, depth, room } = part;
+        let Unfinished { cut, room } = part;
         SCRATCH.with_borrow_mut(|scratch| {
             let Scratch { nodes, below, .. } = scratch;
             let mut tree = Bvh2 {
@@ -186,10 +204,10 @@ impl Builder<'_> {
                 root: None,
                 bounds: Aabb::EMPTY,
                 triangles: Vec::new(),
-                triangle_ids: Vec::with_capacity(set.count()),
+                triangle_ids: Vec::with_capacity(cut.count()),
                 notes: SplitNotes::default(),
             };
-            let root = grow(set, depth, &mut tree);
+            let root = grow_cut(cut, &mut tree);
             (tree.root, tree.bounds) = (Some(root.child), root.bounds);
             let of_mesh = tree.triangle_ids.iter().map(|&id| self.mesh.triangle(id as usize));
             tree.triangles = of_mesh.collect();
@@ -248,24 +266,93 @@ impl Builder<'_> {
     }
 }
 
-/// Adds what a set has become, nodes in depth-first order and a leaf for each part.
+/// Divides a set into ones of at most `most`, on all threads; `counts_as` gives the depth as which theirs
+/// counts from there on.
+fn cut<P: Part>(set: P, depth: usize, most: usize, counts_as: fn(usize) -> usize) -> Cut<P> {
+    if set.count() <= most {
+        return Cut::Set { set, depth: counts_as(depth) };
+    }
+    match fate(set, depth, Leaves::Wide) {
+        Fate::Leaf(set) => Cut::Set { set, depth: counts_as(depth) },
+        Fate::Sides([lower, upper]) | Fate::LeafOf([lower, upper]) => {
+            let (lower, upper) = rayon::join(
+                || cut(lower, depth + 1, most, counts_as),
+                || cut(upper, depth + 1, most, counts_as),
+            );
+            Cut::of_sides([lower, upper])
+        }
+    }
+}
+
+/// The same sets where they cost least.
+fn moved<P: Part>(cut: Cut<P>, bounds: &Aabb) -> Cut<P> {
+    let (mut nodes, mut sets) = (Vec::new(), Vec::new());
+    let root = take_apart(cut, &mut nodes, &mut sets).child;
+    let better = improved(&nodes, root, bounds);
+    let below = |subtree: Result<u32, ChildRef>| match (subtree, &better) {
+        (Ok(subtree), Some(better)) => better.below(subtree).map(|below| below.map(Ok)),
+        (Err(child), None) if !child.is_leaf() => Ok(nodes[child.node_index()].children.map(Err)),
+        (Err(child), _) => Err(child),
+        (Ok(_), None) => unreachable!("without better places nothing has one"),
+    };
+    let root = better.as_ref().map_or(Err(root), |better| Ok(better.root()));
+    put_together(root, &below, &mut sets)
+}
+
+/// Adds the nodes above sets in depth-first order, and the sets.
+fn take_apart<P: Part>(
+    cut: Cut<P>,
+    nodes: &mut Vec<Node2>,
+    sets: &mut Vec<Option<Cut<P>>>,
+) -> Grown {
+    match cut {
+        Cut::Set { .. } => {
+            let (bounds, count) = (cut.bounds(), cut.count());
+            sets.push(Some(cut));
+            Grown { child: ChildRef::leaf(sets.len() - 1, 1), bounds, count }
+        }
+        Cut::Sides { sides, .. } => {
+            let index = nodes.len();
+            nodes.push(Node2::zeroed());
+            let sides = sides.map(|side| take_apart(side, nodes, sets));
+            parent(nodes, index, sides)
+        }
+    }
+}
+
+/// The sets below a subtree, from what is below each.
+fn put_together<S: Copy, P: Part>(
+    subtree: S,
+    below: &impl Fn(S) -> Result<[S; 2], ChildRef>,
+    sets: &mut Vec<Option<Cut<P>>>,
+) -> Cut<P> {
+    match below(subtree) {
+        Ok(sides) => Cut::of_sides(sides.map(|side| put_together(side, below, sets))),
+        Err(set) => sets[set.leaf_slots().start].take().expect("each has one place"),
+    }
+}
+
+/// Adds nodes in depth-first order and a leaf for each part of at most `most` triangles.
 fn add<'a, P: Part>(
-    cut: Cut<'a, P>,
+    cut: Cut<P>,
+    most: usize,
+    room: &mut Option<Room<'a>>,
     nodes: &mut Vec<Node2>,
     parts: &mut Vec<Unfinished<'a, P>>,
 ) -> Grown {
+    let (bounds, count) = (cut.bounds(), cut.count());
     match cut {
-        Cut::Part(part) => {
-            let (bounds, count) = (part.set.bounds(), part.set.count());
-            parts.push(part);
-            Grown { child: ChildRef::leaf(parts.len() - 1, 1), bounds, count }
-        }
-        Cut::Sides(sides) => {
+        Cut::Sides { sides, .. } if count > most => {
             let index = nodes.len();
             nodes.push(Node2::zeroed());
-            let [lower, upper] = *sides;
-            let sides = [add(lower, nodes, parts), add(upper, nodes, parts)];
+            let sides = sides.map(|side| add(side, most, room, nodes, parts));
             parent(nodes, index, sides)
+        }
+        _ => {
+            let [own, others] = room.take().expect("it is put back").split(count);
+            *room = Some(others);
+            parts.push(Unfinished { cut, room: own });
+            Grown { child: ChildRef::leaf(parts.len() - 1, 1), bounds, count }
         }
     }
 }
@@ -279,6 +366,19 @@ fn parent(nodes: &mut [Node2], index: usize, [lower, upper]: [Grown; 2]) -> Grow
     };
     let (bounds, count) = (lower.bounds.union(upper.bounds), lower.count + upper.count);
     Grown { child: ChildRef::inner(index), bounds, count }
+}
+
+/// Adds the binary tree of triangles that are divided so far, likewise.
+fn grow_cut<P: Part>(cut: Cut<P>, tree: &mut Bvh2) -> Grown {
+    match cut {
+        Cut::Set { set, depth } => grow(set, depth, tree),
+        Cut::Sides { sides, .. } => {
+            let index = tree.nodes.len();
+            tree.nodes.push(Node2::zeroed());
+            let sides = sides.map(|side| grow_cut(side, tree));
+            parent(&mut tree.nodes, index, sides)
+        }
+    }
 }
 
 /// Adds the binary tree of a set with `depth` nodes above it, its nodes and leaves in depth-first

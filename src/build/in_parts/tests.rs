@@ -62,17 +62,18 @@ fn parts_make_the_tree_of_the_whole() {
 /// However small parts are, and where the heuristic finds nothing to tell triangles apart by.
 #[test]
 fn the_size_of_parts_does_not_show() {
-    let binned = find("binned").unwrap();
     let mut random = Random::new(0x1a8);
     let mesh = random.mesh(4000);
     let mut alike = random.mesh(1);
     alike = TriangleMesh::new(alike.vertices().to_vec(), vec![[0, 1, 2]; 3000]);
-    for mesh in [&mesh, &alike] {
+    for (mesh, is_moved) in [(&mesh, false), (&mesh, true), (&alike, false), (&alike, true)] {
+        let builder = find(if is_moved { "top-reinsertion" } else { "binned" }).unwrap();
+        let sets = is_moved.then(|| Sets::of(mesh.len()));
         for most in [9, 16, 77, 1000, 10_000] {
-            check(binned, mesh, |order| {
+            check(builder, mesh, |order| {
                 let (mut references, extent) = object_split::references_to(mesh);
                 let root = object_split::Set::new(&mut references, extent);
-                of_size(mesh, Some(root), order, most)
+                of_size(mesh, Some(root), order, sets, most)
             });
         }
     }

@@ -1,11 +1,10 @@
 //! Triangles as builders see them: boxes with the triangle's index.
 
 use super::lanes::Row;
+use crate::filled;
 use crate::geometry::{Aabb, TriangleMesh};
-use crate::huge_pages;
 use bytemuck::Zeroable;
 use glam::{Vec3, Vec4};
-use rayon::prelude::*;
 
 /// A box: the lower corner, a number that means nothing, the upper corner negated, and another. A
 /// union is then the smaller number in all lanes.
@@ -133,17 +132,16 @@ impl Extent {
 /// One for each triangle, and their extent.
 pub(in crate::build) fn references_to(mesh: &TriangleMesh) -> (Vec<Reference>, Extent) {
     const AT_ONCE: usize = 4096;
-    let mut references = bytemuck::zeroed_vec::<Reference>(mesh.len());
-    huge_pages::ask_for(&mut references);
-    let chunks = references.par_chunks_mut(AT_ONCE).enumerate();
-    let extents = chunks.map(|(chunk, references)| {
-        for (index, reference) in references.iter_mut().enumerate() {
-            let id = chunk * AT_ONCE + index;
-            *reference = Reference::new(&mesh.triangle(id).bounds(), id as u32);
+    let lengths: Vec<usize> =
+        (0..mesh.len()).step_by(AT_ONCE).map(|first| AT_ONCE.min(mesh.len() - first)).collect();
+    let (references, extents) = filled::in_parts(&lengths, |number, part| {
+        let first = number * AT_ONCE;
+        for id in first..first + lengths[number] {
+            part.push(Reference::new(&mesh.triangle(id).bounds(), id as u32));
         }
-        Extent::of(references)
+        Extent::of(part.filled())
     });
     // The same in any order.
-    let extent = extents.reduce(|| Extent::EMPTY, Extent::union);
+    let extent = extents.into_iter().fold(Extent::EMPTY, Extent::union);
     (references, extent)
 }

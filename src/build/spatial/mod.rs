@@ -47,7 +47,7 @@ fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {
     let budget = (mesh.len() * BUDGET_PERCENT / 100).min(room);
     let part = Part { shared: &shared, references, extent, budget };
     let root = (!mesh.is_empty()).then_some(part);
-    top_down::build(mesh, root, leaves)
+    top_down::build(mesh, root, leaves, None)
 }
 
 struct Shared<'a> {

@@ -40,7 +40,7 @@ fn any_budget_is_kept_and_the_tree_is_valid() {
     for budget in [0, 1, 2, 7, 50, 3000] {
         let (references, extent) = references_to(&mesh);
         let part = Part { shared: &shared, references, extent, budget };
-        let tree = top_down::build(&mesh, Some(part), Leaves::Fit);
+        let tree = top_down::build(&mesh, Some(part), Leaves::Fit, None);
         tree.validate(&mesh).unwrap();
         let added = tree.triangle_ids.len() - mesh.len();
         assert!(added <= budget && (budget < 50 || added > 10), "{added} of {budget}");
