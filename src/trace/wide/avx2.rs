@@ -270,6 +270,23 @@ impl Wide for Avx2 {
         }
         len + there.count_ones() as usize
     }
+    type Lanes = __m256i;
+
+    #[inline(always)]
+    fn four_of_each(self, rays: u64) -> __m256i {
+        let others = rays & rays.wrapping_sub(1);
+        let [first, second] = [rays, others].map(|rays| rays.trailing_zeros() as i32 % 8);
+        avx2!(_mm256_set_m128i(_mm_set1_epi32(second), _mm_set1_epi32(first)))
+    }
+    #[inline(always)]
+    fn load_lanes(self, row: &Row, group: usize, lanes: __m256i) -> __m256 {
+        avx2!(_mm256_permutevar8x32_ps(Wide::load(self, row, group), lanes))
+    }
+    #[inline(always)]
+    fn repeat(self, four: &[f32; 4]) -> __m256 {
+        // SAFETY: as in `avx2!`; the four numbers behind the reference may be read.
+        unsafe { _mm256_broadcast_ps(&_mm_loadu_ps(four.as_ptr())) }
+    }
     #[inline(always)]
     fn load(self, row: &Row, group: usize) -> __m256 {
         Simd::load(self, row.group(group))

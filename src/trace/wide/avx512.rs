@@ -183,6 +183,26 @@ impl Wide for Avx512 {
         len
     }
 
+    type Lanes = __m512i;
+
+    #[inline(always)]
+    fn four_of_each(self, rays: u64) -> __m512i {
+        avx512! {
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            let first = _mm512_maskz_compress_epi32(rays as __mmask16, lanes);
+            let each = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+            _mm512_permutexvar_epi32(each, first)
+        }
+    }
+    #[inline(always)]
+    fn load_lanes(self, row: &Row, group: usize, lanes: __m512i) -> __m512 {
+        avx512!(_mm512_permutexvar_ps(lanes, self.load(row, group)))
+    }
+    #[inline(always)]
+    fn repeat(self, four: &[f32; 4]) -> __m512 {
+        // SAFETY: as in `avx512!`; the four numbers behind the reference may be read.
+        unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(four.as_ptr())) }
+    }
     #[inline(always)]
     fn load(self, row: &Row, group: usize) -> __m512 {
         let numbers: &[f32; Self::GROUP] = &row.0.as_chunks().0[group];

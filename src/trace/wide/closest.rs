@@ -96,37 +96,68 @@ pub(super) fn closest_hit<S: Simd>(
     let slabs = Slabs::new(s, &prepared);
     let line = line(s, ray, &top.bounds);
     let mut best: Option<(f32, u32)> = None;
-    let in_leaf = |tree: &Bvh8, leaf: ChildRef, best: &mut Option<(f32, u32)>| {
+    let searched = Searched { mesh, prepared: &prepared, line: &line };
+    match structure {
+        Structure::Tree(tree) => descend(
+            s,
+            tree,
+            &slabs,
+            entered,
+            &mut best,
+            #[inline(always)]
+            |leaf, _, best| searched.leaf(s, tree, leaf, best),
+        ),
+        Structure::TwoLevel(levels) => descend(
+            s,
+            top,
+            &slabs,
+            entered,
+            &mut best,
+            #[inline(always)]
+            |leaf, entered, best| {
+                for slot in leaf.leaf_slots() {
+                    let part = levels.part(top.triangle_ids[slot] as usize);
+                    descend(
+                        s,
+                        part,
+                        &slabs,
+                        entered,
+                        best,
+                        #[inline(always)]
+                        |leaf, _, best| searched.leaf(s, part, leaf, best),
+                    );
+                }
+            },
+        ),
+    }
+    best.map(|(t, triangle)| prepared.hit(t, triangle))
+}
+
+/// What leaves are searched for.
+struct Searched<'a, S: Simd> {
+    mesh: &'a TriangleMesh,
+    prepared: &'a PreparedRay,
+    line: &'a Lines<S>,
+}
+
+impl<S: Simd> Searched<'_, S> {
+    /// Brings the closest hit up to date.
+    #[inline(always)]
+    fn leaf(&self, s: S, tree: &Bvh8, leaf: ChildRef, best: &mut Option<(f32, u32)>) {
         let ids = &tree.triangle_ids[leaf.leaf_slots()];
-        let certain = test(s, &facets_of(s, tree, leaf), &line);
+        let certain = test(s, &facets_of(s, tree, leaf), self.line);
         let mut candidates = certain.not_misses & ((1 << ids.len()) - 1);
         while candidates != 0 {
             let id = ids[candidates.trailing_zeros() as usize];
             candidates &= candidates - 1;
-            if let Some(t) = prepared.triangle(&mesh.triangle(id as usize)) {
+            if let Some(t) = self.prepared.triangle(&self.mesh.triangle(id as usize)) {
                 let candidate = (t, id);
                 if best.is_none_or(|best| candidate < best) {
                     *best = Some(candidate);
                 }
             }
         }
-    };
-    match structure {
-        Structure::Tree(tree) => {
-            descend(s, tree, &slabs, entered, &mut best, |leaf, _, best| in_leaf(tree, leaf, best));
-        }
-        Structure::TwoLevel(levels) => {
-            descend(s, top, &slabs, entered, &mut best, |leaf, entered, best| {
-                for slot in leaf.leaf_slots() {
-                    let part = levels.part(top.triangle_ids[slot] as usize);
-                    descend(s, part, &slabs, entered, best, |leaf, _, best| {
-                        in_leaf(part, leaf, best);
-                    });
-                }
-            });
-        }
     }
-    best.map(|(t, triangle)| prepared.hit(t, triangle))
 }
 
 /// Takes the ray through a tree whose box it enters at `entered`; `in_leaf` is given leaves, where

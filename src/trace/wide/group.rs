@@ -131,51 +131,45 @@ pub(super) fn entries_by_group<W: Wide>(
     (met, any)
 }
 
-/// Those of the active rays that a triangle of a leaf stops.
+/// Those of a group's rays `here` that a triangle of a leaf stops, one triangle after the other.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
 pub(super) fn leaf_by_group<W: Wide>(
     w: W,
     trees: Triangles<'_>,
     leaf: ChildRef,
     rays: &Rays<'_>,
-    active: u64,
+    group: usize,
+    mut here: u64,
     stack: &mut Stack,
     occluders: &mut Occluders,
 ) -> u64 {
     let Triangles { tree, number } = trees;
     let (first_slot, count) = (leaf.leaf_slots().start, leaf.leaf_slots().len().min(WIDTH));
-    let mut all = 0;
-    for group in 0..STREAM / W::GROUP {
-        let mut here = of_group::<W>(active, group);
-        if here == 0 {
-            continue;
-        }
-        let lines = lines_of(w, rays, group);
-        // All triangles before anything is made of it, as no processor foresees what rays meet.
-        let (mut hits, mut doubtful) = ([0; WIDTH], [0; WIDTH]);
-        let (mut any_hits, mut any_doubtful) = (0, 0);
-        for triangle in 0..count {
-            let certain = test(w, &facet_of(w, tree, leaf, triangle), &lines);
-            hits[triangle % WIDTH] = certain.hits & here;
-            doubtful[triangle % WIDTH] = certain.doubtful(here);
-            any_hits |= hits[triangle % WIDTH];
-            any_doubtful |= doubtful[triangle % WIDTH];
-        }
-        if any_doubtful & !any_hits != 0 {
-            for (triangle, doubtful) in doubtful[..count].iter().enumerate() {
-                let id = tree.triangle_ids[first_slot + triangle];
-                stack.doubt_all(group * W::GROUP, doubtful & !any_hits, id);
-            }
-        }
-        if any_hits != 0 {
-            for (triangle, hits) in hits[..count].iter().enumerate() {
-                occluders.note(rays.octants[group], (number, leaf), triangle, hits & here);
-                here &= !hits;
-            }
-        }
-        all |= any_hits << (group * W::GROUP);
+    let lines = lines_of(w, rays, group);
+    // All triangles before anything is made of it, as no processor foresees what rays meet.
+    let (mut hits, mut doubtful) = ([0; WIDTH], [0; WIDTH]);
+    let (mut any_hits, mut any_doubtful) = (0, 0);
+    for triangle in 0..count {
+        let certain = test(w, &facet_of(w, tree, leaf, triangle), &lines);
+        hits[triangle % WIDTH] = certain.hits & here;
+        doubtful[triangle % WIDTH] = certain.doubtful(here);
+        any_hits |= hits[triangle % WIDTH];
+        any_doubtful |= doubtful[triangle % WIDTH];
     }
-    all
+    if any_doubtful & !any_hits != 0 {
+        for (triangle, doubtful) in doubtful[..count].iter().enumerate() {
+            let id = tree.triangle_ids[first_slot + triangle];
+            stack.doubt_all(group * W::GROUP, doubtful & !any_hits, id);
+        }
+    }
+    if any_hits != 0 {
+        for (triangle, hits) in hits[..count].iter().enumerate() {
+            occluders.note(rays.octants[group], (number, leaf), triangle, hits & here);
+            here &= !hits;
+        }
+    }
+    any_hits
 }
 
 /// The rays of a group, one in each lane.

@@ -20,6 +20,7 @@ mod leaf;
 mod occluders;
 mod octants;
 mod one_ray;
+mod quads;
 mod rays;
 mod simd;
 mod stack;

@@ -134,6 +134,15 @@ pub(super) trait Wide: Vector {
     fn store(self, row: &mut Row, group: usize, value: Self::Floats);
     /// The words of these children.
     fn words(self, words: [u64; LANES]) -> Self::Words;
+    /// Lanes of a group, one for each lane.
+    type Lanes: Copy;
+    /// The first `GROUP / 4` of some rays of a group, one bit each: each in four lanes. Whatever there is where
+    /// there are fewer.
+    fn four_of_each(self, rays: u64) -> Self::Lanes;
+    /// The numbers of these rays of a group.
+    fn load_lanes(self, row: &Row, group: usize, lanes: Self::Lanes) -> Self::Floats;
+    /// Four numbers again and again.
+    fn repeat(self, four: &[f32; 4]) -> Self::Floats;
     /// Writes the numbers of the bits that are set, counted from `first`, and whatever after them; returns how
     /// many there are.
     #[inline(always)]
@@ -361,6 +370,22 @@ impl Wide for Portable {
         len
     }
 
+    type Lanes = [usize; LANES];
+
+    #[inline(always)]
+    fn four_of_each(self, rays: u64) -> [usize; LANES] {
+        let others = rays & rays.wrapping_sub(1);
+        let [first, second] = [rays, others].map(|rays| rays.trailing_zeros() as usize % LANES);
+        [first, first, first, first, second, second, second, second]
+    }
+    #[inline(always)]
+    fn load_lanes(self, row: &Row, group: usize, lanes: [usize; LANES]) -> Array {
+        lanes.map(|lane| row.group(group)[lane])
+    }
+    #[inline(always)]
+    fn repeat(self, &[a, b, c, d]: &[f32; 4]) -> Array {
+        [a, b, c, d, a, b, c, d]
+    }
     #[inline(always)]
     fn load(self, row: &Row, group: usize) -> Self::Floats {
         Simd::load(self, row.group(group))

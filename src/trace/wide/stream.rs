@@ -1,20 +1,20 @@
 //! Up to 64 rays through the tree together: each node is visited once for all of them.
 
 use super::alone;
-use super::group::{groups, leaf_by_group, node_by_group, stopped_by_occluders};
+use super::group::{groups, leaf_by_group, node_by_group, of_group, stopped_by_occluders};
 use super::leaf::hits_leaf;
 use super::occluders::Occluders;
 use super::one_ray::OneRay;
-use super::rays::Rays;
+use super::quads::{self, leaf_by_quads};
+use super::rays::{Rays, STREAM};
 use super::simd::{Simd, Wide};
 use super::stack::{Pending, Stack};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
 
 /// Rays of a group that must be active for testing the group to be worth it: fewer are tested one by
-/// one against all children, or all triangles, at once.
+/// one against all children at once.
 pub(super) const ACTIVE_IN_NODE: u32 = 3;
-pub(super) const ACTIVE_IN_LEAF: u32 = 1;
 
 /// Has a child brought near that is visited later.
 #[inline(always)]
@@ -319,21 +319,47 @@ fn leaf_hits<S: Simd, W: Wide>(
     trees: Triangles<'_>,
     leaf: ChildRef,
     rays: &Rays<'_>,
-    mut active: u64,
+    active: u64,
     stack: &mut Stack,
     occluders: &mut Occluders,
 ) -> u64 {
     let triangles = leaf.leaf_slots().len() as u32;
-    if active.count_ones() > groups::<W>(active) * triangles * ACTIVE_IN_LEAF {
-        return leaf_by_group(w, trees, leaf, rays, active, stack, occluders);
-    }
-    let mut hits = 0;
-    while active != 0 {
-        let index = active.trailing_zeros() as usize;
-        hits |= u64::from(hits_leaf(s, trees.tree, leaf, rays, index, stack)) << index;
-        active &= active - 1;
+    let (mut left, mut hits) = (active, 0);
+    while left != 0 {
+        let group = left.trailing_zeros() as usize / W::GROUP;
+        let first = group * W::GROUP;
+        let here = of_group::<W>(active, group);
+        left &= !(u64::MAX >> (STREAM - W::GROUP) << first);
+        let stopped = if here.count_ones() > triangles {
+            leaf_by_group(w, trees, leaf, rays, group, here, stack, occluders)
+        } else if quads::are_quicker::<W>() {
+            leaf_by_quads(w, trees.tree, leaf, rays, group, here, stack)
+        } else {
+            leaf_by_ray(s, trees.tree, leaf, rays, first, here, stack)
+        };
+        hits |= stopped << first;
     }
     hits
+}
+
+/// Those of the rays `here`, counted from the `first` of a group, that a triangle of a leaf stops for certain.
+#[inline(always)]
+pub(super) fn leaf_by_ray<S: Simd>(
+    s: S,
+    tree: &Bvh8,
+    leaf: ChildRef,
+    rays: &Rays<'_>,
+    first: usize,
+    mut here: u64,
+    stack: &mut Stack,
+) -> u64 {
+    let mut stopped = 0;
+    while here != 0 {
+        let lane = here.trailing_zeros() as usize;
+        stopped |= u64::from(hits_leaf(s, tree, leaf, rays, first + lane, stack)) << lane;
+        here &= here - 1;
+    }
+    stopped
 }
 
 /// Whether anything below `child` is in the way of one ray.

@@ -6,7 +6,6 @@ use crate::trace::wide::group::{facet_of, groups, lines_of, of_group};
 use crate::trace::wide::leaf::{crossings, facets_of, one_of};
 use crate::trace::wide::rays::STREAM;
 use crate::trace::wide::simd::{LANES, Simd, Wide};
-use crate::trace::wide::stream::ACTIVE_IN_LEAF;
 use crate::tree::{Bvh8, ChildRef};
 
 /// A tree, and what is done in its leaves.
@@ -115,7 +114,7 @@ impl Stream<'_, '_> {
     #[inline(always)]
     fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, tree: &Bvh8, leaf: ChildRef, mut here: u64) {
         let triangles = leaf.leaf_slots().len() as u32;
-        if here.count_ones() > groups::<W>(here) * triangles * ACTIVE_IN_LEAF {
+        if here.count_ones() > groups::<W>(here) * triangles {
             for group in 0..STREAM / W::GROUP {
                 let here = of_group::<W>(here, group);
                 if here != 0 {
