@@ -30,7 +30,7 @@ pub(super) struct Sets {
 const ONE_IN: usize = 1000;
 const FEWEST: usize = 64;
 
-/// No set ends up deeper than this, or than the deepest was.
+/// No set ends up deeper than this.
 const DEPTH: usize = 32;
 
 /// Subtrees that a pass takes out, for each that there are; what later passes and smaller subtrees bring
@@ -50,7 +50,7 @@ impl Sets {
     }
 }
 
-/// The tree above sets with its subtrees in better places; `None` if there are none, or only some that are
+/// The tree above sets with its subtrees in better places; `None` if there are none, or some set would be
 /// too deep. Each set is a leaf.
 pub(super) fn improved(nodes: &[Node2], root: ChildRef, bounds: &Aabb) -> Option<Subtrees> {
     if nodes.len() < 3 {
@@ -62,7 +62,7 @@ pub(super) fn improved(nodes: &[Node2], root: ChildRef, bounds: &Aabb) -> Option
         after.move_largest((after.len() as f64 * SHARE) as usize);
     }
     let is_better = after.inner_areas() < before.inner_areas();
-    (is_better && after.depth() <= before.depth().max(DEPTH)).then_some(after)
+    (is_better && after.depth() <= DEPTH).then_some(after)
 }
 
 fn build(mesh: &TriangleMesh, leaves: Leaves) -> Bvh2 {

@@ -3,13 +3,14 @@
 //! its slots, and parts are laid out. The tree is that which [`collapse`](super::collapse()) makes of
 //! the binary tree of all triangles, but that tree is never put together.
 
+mod cut;
 mod top;
 
 use super::collapse::{
     Child, Cost, Layout, Output, Part as Laid, Plan, Program, Slots, WideScores, join,
 };
 use super::top_down::{Fate, Part, fate};
-use super::top_reinsertion::{Sets, improved};
+use super::top_reinsertion::Sets;
 use super::{Leaves, WideCosts};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::huge_pages;
@@ -17,6 +18,7 @@ use crate::tree::{
     Bvh2, Bvh8, ChildRef, LEAF_ROWS, Node2, Node8, PartSummary, ScorePart, SplitNotes, WIDTH,
 };
 use bytemuck::Zeroable;
+use cut::Cut;
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -79,8 +81,8 @@ fn of_size<P: Part>(
     let root = root.map(|root| {
         let room = Room { leaves: &mut leaves, triangle_ids: &mut triangle_ids, first_slot: 0 };
         let cut = match sets {
-            None => cut(root, 0, most, |depth| depth),
-            Some(sets) => moved(cut(root, 0, sets.most, Sets::depth), &bounds),
+            None => Cut::new(root, 0, most, |depth| depth),
+            Some(sets) => Cut::new(root, 0, sets.most, Sets::depth).moved(&bounds),
         };
         let (mut top, mut parts) = (Vec::new(), Vec::new());
         let root = add(cut, most, &mut Some(room), &mut top, &mut parts).child;
@@ -123,43 +125,6 @@ impl<'a> Room<'a> {
             Self { leaves: lower_leaves, triangle_ids: lower_ids, first_slot },
             Self { leaves, triangle_ids, first_slot: upper_slot },
         ]
-    }
-}
-
-/// Triangles that are divided so far.
-enum Cut<P> {
-    /// With `depth` nodes of the binary tree above them.
-    Set {
-        set: P,
-        depth: usize,
-    },
-    Sides {
-        count: usize,
-        bounds: Aabb,
-        sides: Box<[Cut<P>; 2]>,
-    },
-}
-
-impl<P: Part> Cut<P> {
-    fn of_sides(sides: [Self; 2]) -> Self {
-        let [(lower, lower_bounds), (upper, upper_bounds)] =
-            sides.each_ref().map(|side| (side.count(), side.bounds()));
-        let (count, bounds) = (lower + upper, lower_bounds.union(upper_bounds));
-        Self::Sides { count, bounds, sides: Box::new(sides) }
-    }
-
-    fn count(&self) -> usize {
-        match self {
-            Self::Set { set, .. } => set.count(),
-            Self::Sides { count, .. } => *count,
-        }
-    }
-
-    fn bounds(&self) -> Aabb {
-        match self {
-            Self::Set { set, .. } => set.bounds(),
-            Self::Sides { bounds, .. } => *bounds,
-        }
     }
 }
 
@@ -263,72 +228,6 @@ impl Builder<'_> {
         let summary = (self.order.score)(tree, below, scores);
         self.score_ns.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
         summary
-    }
-}
-
-/// Divides a set into ones of at most `most`, on all threads; `counts_as` gives the depth as which theirs
-/// counts from there on.
-fn cut<P: Part>(set: P, depth: usize, most: usize, counts_as: fn(usize) -> usize) -> Cut<P> {
-    if set.count() <= most {
-        return Cut::Set { set, depth: counts_as(depth) };
-    }
-    match fate(set, depth, Leaves::Wide) {
-        Fate::Leaf(set) => Cut::Set { set, depth: counts_as(depth) },
-        Fate::Sides([lower, upper]) | Fate::LeafOf([lower, upper]) => {
-            let (lower, upper) = rayon::join(
-                || cut(lower, depth + 1, most, counts_as),
-                || cut(upper, depth + 1, most, counts_as),
-            );
-            Cut::of_sides([lower, upper])
-        }
-    }
-}
-
-/// The same sets where they cost least.
-fn moved<P: Part>(cut: Cut<P>, bounds: &Aabb) -> Cut<P> {
-    let (mut nodes, mut sets) = (Vec::new(), Vec::new());
-    let root = take_apart(cut, &mut nodes, &mut sets).child;
-    let better = improved(&nodes, root, bounds);
-    let below = |subtree: Result<u32, ChildRef>| match (subtree, &better) {
-        (Ok(subtree), Some(better)) => better.below(subtree).map(|below| below.map(Ok)),
-        (Err(child), None) if !child.is_leaf() => Ok(nodes[child.node_index()].children.map(Err)),
-        (Err(child), _) => Err(child),
-        (Ok(_), None) => unreachable!("without better places nothing has one"),
-    };
-    let root = better.as_ref().map_or(Err(root), |better| Ok(better.root()));
-    put_together(root, &below, &mut sets)
-}
-
-/// Adds the nodes above sets in depth-first order, and the sets.
-fn take_apart<P: Part>(
-    cut: Cut<P>,
-    nodes: &mut Vec<Node2>,
-    sets: &mut Vec<Option<Cut<P>>>,
-) -> Grown {
-    match cut {
-        Cut::Set { .. } => {
-            let (bounds, count) = (cut.bounds(), cut.count());
-            sets.push(Some(cut));
-            Grown { child: ChildRef::leaf(sets.len() - 1, 1), bounds, count }
-        }
-        Cut::Sides { sides, .. } => {
-            let index = nodes.len();
-            nodes.push(Node2::zeroed());
-            let sides = sides.map(|side| take_apart(side, nodes, sets));
-            parent(nodes, index, sides)
-        }
-    }
-}
-
-/// The sets below a subtree, from what is below each.
-fn put_together<S: Copy, P: Part>(
-    subtree: S,
-    below: &impl Fn(S) -> Result<[S; 2], ChildRef>,
-    sets: &mut Vec<Option<Cut<P>>>,
-) -> Cut<P> {
-    match below(subtree) {
-        Ok(sides) => Cut::of_sides(sides.map(|side| put_together(side, below, sets))),
-        Err(set) => sets[set.leaf_slots().start].take().expect("each has one place"),
     }
 }
 
