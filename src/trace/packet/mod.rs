@@ -38,28 +38,28 @@ pub const PACKET_SIZE: usize = 64;
 /// for the rays that are tested: those that meet the leaf's box.
 pub trait PacketCounter {
     /// An inner node or leaf was entered with these rays active.
-    fn node(&mut self, active: u64);
+    fn node(&mut self, active: u128);
     /// These rays were tested against a triangle.
-    fn triangle(&mut self, tested: u64);
+    fn triangle(&mut self, tested: u128);
     /// The test of this ray was settled by this arithmetic.
     fn settled(&mut self, ray: usize, by: Stage);
 }
 
 impl PacketCounter for super::NoCount {
     #[inline(always)]
-    fn node(&mut self, _active: u64) {}
+    fn node(&mut self, _active: u128) {}
     #[inline(always)]
-    fn triangle(&mut self, _tested: u64) {}
+    fn triangle(&mut self, _tested: u128) {}
     #[inline(always)]
     fn settled(&mut self, _ray: usize, _by: Stage) {}
 }
 
 /// One element for each ray.
 impl PacketCounter for &mut [VisitCounts] {
-    fn node(&mut self, active: u64) {
+    fn node(&mut self, active: u128) {
         bits(active).for_each(|ray| self[ray].nodes += 1);
     }
-    fn triangle(&mut self, tested: u64) {
+    fn triangle(&mut self, tested: u128) {
         bits(tested).for_each(|ray| self[ray].triangles += 1);
     }
     fn settled(&mut self, ray: usize, by: Stage) {
@@ -86,7 +86,7 @@ pub fn any_hit<T: TriangleTest, C: PacketCounter>(
 }
 
 /// The indices of set bits.
-fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
+fn bits(mut mask: u128) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = (mask != 0).then_some(mask.trailing_zeros() as usize);
         mask &= mask.wrapping_sub(1);
@@ -123,7 +123,7 @@ fn any_hit_by<F: FirstChild, T: TriangleTest, C: PacketCounter>(
     let mut pending = 0;
     loop {
         let here = active & from(first);
-        counter.node(here);
+        counter.node(here.into());
         if current.is_leaf() {
             active &= !packet.leaf_hits(tree, current, bounds, here, &mut counter);
         } else {
@@ -261,14 +261,14 @@ impl<T: TriangleTest> Packet<T> {
             if tested == 0 {
                 break;
             }
-            counter.triangle(tested);
+            counter.triangle(tested.into());
             for group in 0..PACKET_SIZE / LANES {
                 let of_group = lanes::of_group(tested, group);
                 if of_group == 0 {
                     continue;
                 }
                 let candidates = self.lanes.may_hit(T::MODE, group, triangle) & of_group;
-                for lane in bits(candidates) {
+                for lane in bits(candidates.into()) {
                     let index = group * LANES + lane;
                     let (hit, by) = self.test.hits(self.ray(index as u32), triangle);
                     counter.settled(index, by);

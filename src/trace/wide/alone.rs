@@ -6,7 +6,7 @@
 //! them apart. Where it does not pay it costs, as some would have been stopped elsewhere in the meantime.
 
 use super::one_ray::OneRay;
-use super::rays::Rays;
+use super::rays::{Bits, Rays};
 use super::simd::{Simd, Wide};
 use super::stack::Stack;
 use super::stream::{Trees, prefetch};
@@ -85,10 +85,10 @@ pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     w: W,
     trees: T,
     rays: &Rays<'_>,
-    alive: u64,
+    alive: Bits,
     stack: &mut Stack,
     counter: &mut C,
-) -> u64 {
+) -> Bits {
     w.run(
         #[inline(always)]
         || {
@@ -138,7 +138,7 @@ fn step<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     trees: T,
     rays: &Rays<'_>,
     walker: &mut Walker,
-    left: &mut u64,
+    left: &mut Bits,
     stack: &mut Stack,
     counter: &mut C,
 ) -> bool {

@@ -1,8 +1,9 @@
 //! The vector operations of x86-64 processors with AVX2 and FMA.
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
-use super::rays::Row;
+use super::rays::{Bits, Row};
 use super::simd::{LANES, Simd, Vector, Wide, numbers};
+use super::stack::Slots;
 pub(super) use crate::processor::Avx2;
 use crate::ray::Ray;
 use crate::tree::ChildRef;
@@ -221,52 +222,74 @@ impl Simd for Avx2 {
 
 impl Wide for Avx2 {
     const GROUP: usize = LANES;
-    /// Those of the first four children, and of the others.
-    type Words = [__m256i; 2];
+    /// Lower halves of the first four children and of the others, and upper halves of both.
+    type Words = [[__m256i; 2]; 2];
 
     #[inline(always)]
-    fn words(self, words: [u64; LANES]) -> [__m256i; 2] {
-        let (first, others) = (words.as_ptr().cast(), words[LANES / 2..].as_ptr().cast());
-        // SAFETY: as in `avx2!`; the two halves of the array may be read.
-        unsafe { [_mm256_loadu_si256(first), _mm256_loadu_si256(others)] }
+    fn words(self, [lower, upper]: [[u64; LANES]; 2], all: u32) -> [[__m256i; 2]; 2] {
+        let all = self.where_bits(all);
+        [self.with_bits(lower, all), self.with_bits(upper, all)]
     }
     #[inline(always)]
-    fn with_ray(self, words: [__m256i; 2], children: u32, index: usize) -> [__m256i; 2] {
+    fn with_ray(
+        self,
+        [lower, upper]: [[__m256i; 2]; 2],
+        children: u32,
+        index: usize,
+    ) -> [[__m256i; 2]; 2] {
         let picked = self.where_bits(children);
+        let bit = 1i64 << (index % 64);
+        let is_upper = (index >> 6 & 1) as i64;
         avx2! {
-            let bit = _mm256_set1_epi64x(1i64 << (index % 64));
+            let in_lower = _mm256_set1_epi64x(bit & (is_upper - 1));
+            let in_upper = _mm256_set1_epi64x(bit & -is_upper);
             [
-                _mm256_or_si256(words[0], _mm256_and_si256(picked[0], bit)),
-                _mm256_or_si256(words[1], _mm256_and_si256(picked[1], bit)),
+                [
+                    _mm256_or_si256(lower[0], _mm256_and_si256(picked[0], in_lower)),
+                    _mm256_or_si256(lower[1], _mm256_and_si256(picked[1], in_lower)),
+                ],
+                [
+                    _mm256_or_si256(upper[0], _mm256_and_si256(picked[0], in_upper)),
+                    _mm256_or_si256(upper[1], _mm256_and_si256(picked[1], in_upper)),
+                ],
             ]
+        }
+    }
+    #[inline(always)]
+    fn groups(self, active: Bits) -> u32 {
+        avx2! {
+            let active = _mm_set_epi64x((active >> 64) as i64, active as i64);
+            let none = _mm_cmpeq_epi8(active, _mm_setzero_si128());
+            !_mm_movemask_epi8(none) as u32 & 0xffff
         }
     }
     #[inline(always)]
     fn unload(
         self,
-        words: [__m256i; 2],
-        here: u64,
+        [lower, upper]: [[__m256i; 2]; 2],
+        here: Bits,
         children: &[ChildRef; LANES],
         some: u32,
-        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+        to: Slots<'_>,
     ) -> usize {
         let picked = self.where_bits(some);
-        let (first, there) = self.of_half(words[0], picked[0], here);
-        let (others, others_there) = self.of_half(words[1], picked[1], here);
+        let here = [here as u64, (here >> 64) as u64];
+        let (first, there) = self.of_half([lower[0], upper[0]], picked[0], here);
+        let (others, others_there) = self.of_half([lower[1], upper[1]], picked[1], here);
         self.pick(children, (there | others_there << 4) as u32, to.0);
         let len = others_there.count_ones() as usize;
         // At most four have been written.
-        let after = &mut to.1[len % 5..];
-        let after = after.as_mut_ptr().cast();
         // SAFETY: as in `avx2!`; the eight numbers behind each reference of the table may be read, and four words
         // behind the other pointers written, as these are at least four before the end.
         unsafe {
-            let order = _mm256_loadu_si256(WORDS_DOWNWARDS[others_there].as_ptr().cast());
-            let others = _mm256_permutevar8x32_epi32(others, order);
             let order = _mm256_loadu_si256(WORDS_DOWNWARDS[there].as_ptr().cast());
-            let first = _mm256_permutevar8x32_epi32(first, order);
-            _mm256_storeu_si256(to.1.as_mut_ptr().cast(), others);
-            _mm256_storeu_si256(after, first);
+            let order_of_others = _mm256_loadu_si256(WORDS_DOWNWARDS[others_there].as_ptr().cast());
+            for ((to, first), others) in to.1.into_iter().zip(first).zip(others) {
+                let others = _mm256_permutevar8x32_epi32(others, order_of_others);
+                let first = _mm256_permutevar8x32_epi32(first, order);
+                _mm256_storeu_si256(to.as_mut_ptr().cast(), others);
+                _mm256_storeu_si256(to[len % 5..].as_mut_ptr().cast(), first);
+            }
         }
         len + there.count_ones() as usize
     }
@@ -348,14 +371,33 @@ impl Avx2 {
         }
     }
 
-    /// Of four words what is `picked` and `here`, and for which that is not nothing, one bit each.
+    /// The first four words and the others, with some bits as well.
     #[inline(always)]
-    fn of_half(self, words: __m256i, picked: __m256i, here: u64) -> (__m256i, usize) {
+    fn with_bits(self, words: [u64; LANES], bits: [__m256i; 2]) -> [__m256i; 2] {
+        let (first, others) = (words.as_ptr().cast(), words[LANES / 2..].as_ptr().cast());
+        // SAFETY: as in `avx2!`; the two halves of the array may be read.
+        unsafe {
+            let (first, others) = (_mm256_loadu_si256(first), _mm256_loadu_si256(others));
+            [_mm256_or_si256(first, bits[0]), _mm256_or_si256(others, bits[1])]
+        }
+    }
+
+    /// Of four words, lower and upper halves, what is `picked` and `here`, and for which that is not nothing,
+    /// one bit each.
+    #[inline(always)]
+    fn of_half(
+        self,
+        [lower, upper]: [__m256i; 2],
+        picked: __m256i,
+        here: [u64; 2],
+    ) -> ([__m256i; 2], usize) {
         avx2! {
-            let here = _mm256_and_si256(picked, _mm256_set1_epi64x(here as i64));
-            let met = _mm256_and_si256(words, here);
-            let none = _mm256_cmpeq_epi64(met, _mm256_setzero_si256());
-            (met, !_mm256_movemask_pd(_mm256_castsi256_pd(none)) as usize & 15)
+            let lower_here = _mm256_and_si256(picked, _mm256_set1_epi64x(here[0] as i64));
+            let upper_here = _mm256_and_si256(picked, _mm256_set1_epi64x(here[1] as i64));
+            let lower = _mm256_and_si256(lower, lower_here);
+            let upper = _mm256_and_si256(upper, upper_here);
+            let none = _mm256_cmpeq_epi64(_mm256_or_si256(lower, upper), _mm256_setzero_si256());
+            ([lower, upper], !_mm256_movemask_pd(_mm256_castsi256_pd(none)) as usize & 15)
         }
     }
 

@@ -1,8 +1,10 @@
 //! The operations on groups of sixteen rays of x86-64 processors with AVX-512.
 #![allow(unsafe_code, reason = "processor instructions that need a check at run time")]
 
-use super::rays::{Row, STREAM};
+use super::octants::WORD;
+use super::rays::{Bits, Row};
 use super::simd::{LANES, Vector, Wide};
+use super::stack::Slots;
 pub(super) use crate::processor::Avx512;
 use crate::tree::ChildRef;
 use std::arch::x86_64::*;
@@ -123,49 +125,76 @@ impl Vector for Avx512 {
 
 impl Wide for Avx512 {
     const GROUP: usize = 16;
-    type Words = __m512i;
+    /// Their lower and their upper halves.
+    type Words = [__m512i; 2];
 
     #[inline(always)]
-    fn words(self, words: [u64; LANES]) -> __m512i {
-        // SAFETY: as in `avx512!`; the eight words behind the reference may be read.
-        unsafe { _mm512_loadu_si512(words.as_ptr().cast()) }
+    fn words(self, words: [[u64; LANES]; 2], all: u32) -> [__m512i; 2] {
+        let [lower, upper] = &words;
+        // SAFETY: as in `avx512!`; the eight words behind each reference may be read.
+        unsafe {
+            let ones = _mm512_set1_epi64(-1);
+            let lower = _mm512_loadu_si512(lower.as_ptr().cast());
+            let upper = _mm512_loadu_si512(upper.as_ptr().cast());
+            let all = all as __mmask8;
+            [_mm512_mask_mov_epi64(lower, all, ones), _mm512_mask_mov_epi64(upper, all, ones)]
+        }
     }
     #[inline(always)]
-    fn with_ray(self, words: __m512i, children: u32, index: usize) -> __m512i {
+    fn with_ray(self, [lower, upper]: [__m512i; 2], children: u32, index: usize) -> [__m512i; 2] {
+        let bit = 1i64 << (index % 64);
+        let is_upper = (index >> 6 & 1) as i64;
         avx512! {
-            let bit = _mm512_set1_epi64(1i64 << (index % 64));
-            _mm512_mask_or_epi64(words, children as __mmask8, words, bit)
+            let in_lower = _mm512_set1_epi64(bit & (is_upper - 1));
+            let in_upper = _mm512_set1_epi64(bit & -is_upper);
+            [
+                _mm512_mask_or_epi64(lower, children as __mmask8, lower, in_lower),
+                _mm512_mask_or_epi64(upper, children as __mmask8, upper, in_upper),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn groups(self, active: Bits) -> u32 {
+        avx512! {
+            let active = _mm_set_epi64x((active >> 64) as i64, active as i64);
+            _mm_test_epi16_mask(active, active).into()
         }
     }
     #[inline(always)]
     fn unload(
         self,
-        words: __m512i,
-        here: u64,
+        [lower, upper]: [__m512i; 2],
+        here: Bits,
         children: &[ChildRef; LANES],
         some: u32,
-        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+        to: Slots<'_>,
     ) -> usize {
         // SAFETY: as in `avx512!`; what is behind the references may be read and written, eight words each,
         // of 32 bits for children.
         unsafe {
-            let met =
-                _mm512_maskz_and_epi64(some as __mmask8, words, _mm512_set1_epi64(here as i64));
+            let some = some as __mmask8;
+            let lower = _mm512_maskz_and_epi64(some, lower, _mm512_set1_epi64(here as i64));
+            let upper = _mm512_maskz_and_epi64(some, upper, _mm512_set1_epi64((here >> 64) as i64));
             let last_first = _mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0);
-            let met = _mm512_permutexvar_epi64(last_first, met);
-            let there = _mm512_test_epi64_mask(met, met);
+            let lower = _mm512_permutexvar_epi64(last_first, lower);
+            let upper = _mm512_permutexvar_epi64(last_first, upper);
+            let there = _mm512_test_epi64_mask(lower, lower) | _mm512_test_epi64_mask(upper, upper);
             let children = _mm256_loadu_si256(children.as_ptr().cast());
             let children =
                 _mm256_permutevar8x32_epi32(children, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
             let children = _mm256_maskz_compress_epi32(there, children);
             _mm256_storeu_si256(to.0.as_mut_ptr().cast(), children);
-            _mm512_storeu_si512(to.1.as_mut_ptr().cast(), _mm512_maskz_compress_epi64(there, met));
+            let [to_lower, to_upper] = to.1;
+            let lower = _mm512_maskz_compress_epi64(there, lower);
+            let upper = _mm512_maskz_compress_epi64(there, upper);
+            _mm512_storeu_si512(to_lower.as_mut_ptr().cast(), lower);
+            _mm512_storeu_si512(to_upper.as_mut_ptr().cast(), upper);
             there.count_ones() as usize
         }
     }
 
     #[inline(always)]
-    fn numbers_of_bits(self, bits: u64, first: u16, to: &mut [u16; STREAM]) -> usize {
+    fn numbers_of_bits(self, bits: u64, first: u16, to: &mut [u16; WORD]) -> usize {
         let mut len = 0;
         for quarter in 0..4 {
             let bits = (bits >> (16 * quarter)) as u16;

@@ -16,18 +16,20 @@ fn boxes_that_a_ray_meets_are_met() {
         let (scale, offset) = [(1.0, 0.0), (1.0, 3e5), (1e-20, 0.0), (1e30, 0.0)][round % 4];
         let scene =
             Aabb { min: Vec3::splat(offset - 4.0 * scale), max: Vec3::splat(offset + 4.0 * scale) };
-        let given: Vec<_> = rays(&mut random, &mesh, 64)
+        // More is known of rays that start close to each other.
+        let close = [1.0, 0.02][round / 8 % 2];
+        let given: Vec<_> = rays(&mut random, &mesh, STREAM)
             .into_iter()
             // One odd ray would hide what is known of all others.
             .map(|ray| if round / 4 % 2 == 0 || is_common(&ray) { ray } else { random.ray() })
-            .map(|ray| Ray { origin: ray.origin * scale + Vec3::splat(offset), ..ray })
+            .map(|ray| Ray { origin: ray.origin * scale * close + Vec3::splat(offset), ..ray })
             .collect();
         for set in Instructions::all() {
             let mut prepared = Numbers::ZERO;
             let boxes: Vec<_> = (0..8)
                 .map(|_| {
                     // Flat and small ones too, some touching a ray's origin.
-                    let ray = &given[(random.bits() % 64) as usize];
+                    let ray = &given[random.bits() as usize % STREAM];
                     let place = ray.origin + ray.direction * random.unit();
                     let usable = place.is_finite() && random.bits().is_multiple_of(2);
                     let a =
@@ -67,19 +69,23 @@ fn boxes_that_a_ray_meets_are_met() {
             }
         }
     }
-    assert!(spared > 5000, "{spared}");
+    assert!(spared > 4000, "{spared}");
     assert!(met > 100_000 && missed > 500_000, "{met} met, {missed} missed");
 }
 
 /// The words of a node's children, as they are put on a stack.
-fn unloaded<W: Wide>(w: W, words: W::Words, here: u64, some: u32) -> [u64; WIDTH] {
-    let (mut children, mut rays) = ([ChildRef::UNUSED; WIDTH], [7; WIDTH]);
+fn unloaded<W: Wide>(w: W, words: W::Words, here: Bits, some: u32) -> [Bits; WIDTH] {
+    let mut children = [ChildRef::UNUSED; WIDTH];
+    let (mut lower, mut upper) = ([7; WIDTH], [7; WIDTH]);
     let slots = std::array::from_fn(ChildRef::inner);
-    let len = w.unload(words, here, &slots, some, (&mut children, &mut rays));
+    let to = (&mut children, [&mut lower, &mut upper]);
+    let len = w.unload(words, here, &slots, some, to);
     let children = children[..len].iter().map(|child| child.node_index());
     assert!(children.clone().is_sorted_by(|a, b| a > b), "the last first");
     let mut words = [0; WIDTH];
-    children.zip(rays).for_each(|(slot, rays)| words[slot] = rays);
+    for (place, slot) in children.enumerate() {
+        words[slot] = Bits::from(lower[place]) | Bits::from(upper[place]) << 64;
+    }
     words
 }
 
@@ -91,21 +97,34 @@ fn words_of_children_are_those_of_rays_one_by_one() {
         for _ in 0..2000 {
             let bits = |random: &mut Random| (random.bits() & random.bits()) as u32 & 255;
             let children: [u32; STREAM] = std::array::from_fn(|_| bits(&mut random));
-            let (here, some) = (random.bits(), bits(&mut random));
-            let mut words = w.words([0; WIDTH]);
+            let halves = [random.bits(), random.bits()].map(Bits::from);
+            let (here, some) = (halves[0] | halves[1] << 64, bits(&mut random));
+            let start: [[u64; WIDTH]; 2] =
+                std::array::from_fn(|_| std::array::from_fn(|_| random.bits() & random.bits()));
+            let all = bits(&mut random) & bits(&mut random);
+            let mut words = w.words(start, all);
             for (index, children) in children.into_iter().enumerate() {
                 words = w.with_ray(words, children, index);
             }
             let word = |slot: usize| {
                 let met =
-                    |(index, children): (usize, &u32)| u64::from(children >> slot & 1) << index;
-                children.iter().enumerate().map(met).fold(0, |all, bit| all | bit)
+                    |(index, children): (usize, &u32)| Bits::from(children >> slot & 1) << index;
+                let start = Bits::from(start[0][slot]) | Bits::from(start[1][slot]) << 64;
+                let start = if all >> slot & 1 == 1 { Bits::MAX } else { start };
+                children.iter().enumerate().map(met).fold(start, |all, bit| all | bit)
             };
             let expected =
                 std::array::from_fn(
                     |slot| if some >> slot & 1 == 0 { 0 } else { word(slot) & here },
                 );
             assert_eq!(unloaded(w, words, here, some), expected);
+            // Some of the groups have nobody.
+            let sparse = here & halves[1] << 32 & halves[0] << 7 & !(halves[0] >> 3);
+            for active in [here, sparse, 1 << (halves[0] % 128), 0] {
+                let group = |group: &usize| group::of_group::<W>(active, *group) != 0;
+                let expected = (0..STREAM / W::GROUP).filter(group).fold(0, |all, g| all | 1 << g);
+                assert_eq!(w.groups(active), expected, "{active:x}");
+            }
             let slots = std::array::from_fn(ChildRef::inner);
             let mut children = [ChildRef::UNUSED; WIDTH];
             s.pick(&slots, some, &mut children);
@@ -157,7 +176,7 @@ fn masks<S: Simd, W: Wide>(
             let prepared = Rays::new(s, w, numbers, target, picked);
             let active = prepared.valid;
             let by_group = |around: &Around| {
-                let words = group::node_by_group(s, w, node, &prepared, around, active);
+                let words = group::node_by_group(s, w, node, &prepared, around, w.groups(active));
                 unloaded(w, words, active, node.occupied())
             };
             let around = Around::new(w, &prepared);

@@ -13,8 +13,8 @@ use crate::tree::{Bvh8, ChildRef, Node8, WIDTH};
 
 /// Rays of an octant that are looked at together: more have less in common, and a look at fewer may cost more
 /// than it saves, as it takes as long as 10 to 30 rays in the tree.
-pub(super) const RUN: usize = 8 * STREAM;
-const LEAST: usize = 2 * STREAM;
+pub(super) const RUN: usize = 4 * STREAM;
+const LEAST: usize = STREAM;
 
 /// Nodes that are opened in a look.
 const MOST_OPENED: usize = 12;

@@ -4,7 +4,7 @@
 use super::around::Around;
 use super::leaf::{Facets, Lines, test};
 use super::occluders::Occluders;
-use super::rays::{Rays, Row, STREAM, load_3};
+use super::rays::{Bits, Rays, Row, STREAM, load_3};
 use super::simd::{LANES, Simd, Wide};
 use super::stack::Stack;
 use super::stream::{Trees, Triangles};
@@ -13,8 +13,8 @@ use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
 
 /// The bits of one group's rays, from the lowest on.
 #[inline(always)]
-pub(super) fn of_group<W: Wide>(mask: u64, group: usize) -> u64 {
-    mask >> (group * W::GROUP) & (u64::MAX >> (STREAM - W::GROUP))
+pub(super) fn of_group<W: Wide>(mask: Bits, group: usize) -> u64 {
+    (mask >> (group * W::GROUP)) as u64 & ((1 << W::GROUP) - 1)
 }
 
 /// What a group's rays are tested against boxes with.
@@ -62,7 +62,7 @@ impl<W: Wide> Slabs<W> {
     }
 }
 
-/// For each child the rays that meet it: of groups with an active one, whoever else is in them too.
+/// For each child the rays that meet it: of some groups, one bit each, all of them, active or not.
 #[inline(always)]
 pub(super) fn node_by_group<S: Simd, W: Wide>(
     s: S,
@@ -70,16 +70,17 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
     node: &Node8,
     rays: &Rays<'_>,
     around: &Around,
-    active: u64,
+    mut groups: u32,
 ) -> W::Words {
     let (all, some) = around.sort(s, node);
     // Each result is written once: words would be read again for each group.
-    let mut bytes = [[0u8; 8]; WIDTH];
+    let mut bytes = [[[0u8; 8]; WIDTH]; 2];
     let some = some & !all;
-    for group in 0..STREAM / W::GROUP {
-        if of_group::<W>(active, group) == 0 {
-            continue;
-        }
+    while groups != 0 {
+        let group = groups.trailing_zeros() as usize % (STREAM / W::GROUP);
+        groups &= groups - 1;
+        let half = &mut bytes[group / (STREAM / W::GROUP / 2)];
+        let place = group % (STREAM / W::GROUP / 2);
         let slabs = Slabs::new(w, rays, group);
         let mut left = some;
         while left != 0 {
@@ -87,15 +88,11 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
             left &= left - 1;
             let bits = w.bits(slabs.meets(w, node, slot, slabs.begin).0).to_le_bytes();
             let size = W::GROUP / 8;
-            bytes[slot][group * size..][..size].copy_from_slice(&bits[..size]);
+            half[slot][place * size..][..size].copy_from_slice(&bits[..size]);
         }
     }
-    let mut words = bytes.map(u64::from_le_bytes);
     // All ones where all rays start inside.
-    for (slot, word) in words.iter_mut().enumerate() {
-        *word |= 0u64.wrapping_sub(u64::from(all >> slot & 1));
-    }
-    w.words(words)
+    w.words(bytes.map(|half| half.map(u64::from_le_bytes)), all)
 }
 
 /// As [`node_by_group`], for some of the children, one bit each. Writes where rays enter the boxes, a row
@@ -106,9 +103,9 @@ pub(super) fn entries_by_group<W: Wide>(
     node: &Node8,
     children: u32,
     rays: &Rays<'_>,
-    active: u64,
+    active: Bits,
     entries: &mut [Row; WIDTH],
-) -> ([u64; WIDTH], u32) {
+) -> ([Bits; WIDTH], u32) {
     let mut met = [0; WIDTH];
     let mut any = 0;
     for group in 0..STREAM / W::GROUP {
@@ -124,7 +121,7 @@ pub(super) fn entries_by_group<W: Wide>(
             let (meet, entry) = slabs.meets(w, node, slot, slabs.t_min);
             w.store(&mut entries[slot], group, entry);
             let meet = w.bits(meet);
-            met[slot] |= (meet & here) << (group * W::GROUP);
+            met[slot] |= Bits::from(meet & here) << (group * W::GROUP);
             any |= u32::from(meet & here != 0) << slot;
         }
     }
@@ -233,11 +230,11 @@ pub(super) fn stopped_by_occluders<T: Trees, W: Wide, C: PacketCounter>(
     w: W,
     trees: T,
     rays: &Rays<'_>,
-    active: u64,
+    active: Bits,
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
-) -> u64 {
+) -> Bits {
     let mut all = 0;
     for group in 0..STREAM / W::GROUP {
         let here = of_group::<W>(active, group);
@@ -247,27 +244,14 @@ pub(super) fn stopped_by_occluders<T: Trees, W: Wide, C: PacketCounter>(
             #[inline(always)]
             |(number, leaf), triangle, here| {
                 let Some(tree) = trees.of_occluder(number) else { return 0 };
-                counter.triangle(here << (group * W::GROUP));
+                counter.triangle(Bits::from(here) << (group * W::GROUP));
                 let lines = lines_of(w, rays, group);
                 stopped_by(w, tree, leaf, triangle, &lines, group, here, stack)
             },
         );
-        all |= hits << (group * W::GROUP);
+        all |= Bits::from(hits) << (group * W::GROUP);
     }
     all
-}
-
-/// Groups with an active ray.
-#[inline(always)]
-pub(super) fn groups<W: Wide>(active: u64) -> u32 {
-    let mut any = active;
-    let mut shift = W::GROUP / 2;
-    while shift > 0 {
-        any |= any >> shift;
-        shift /= 2;
-    }
-    let first_of_each = u64::MAX / (u64::MAX >> (STREAM - W::GROUP));
-    (any & first_of_each).count_ones()
 }
 
 const _: () = assert!(LANES == WIDTH);

@@ -37,8 +37,9 @@ use crate::trace::shaft::{Entry, Gate};
 use crate::tree::{Bvh8, Node8};
 use alone::Habit;
 use occluders::Occluders;
+use octants::WORD;
 use octants::{EntryPoint, Picked, Places};
-use rays::{Numbers, Rays, STREAM, Target};
+use rays::{Bits, Numbers, Rays, STREAM, Target};
 use simd::{Portable, Simd, Wide};
 use stack::Stack;
 use stream::{Start, Trees, Triangles};
@@ -142,7 +143,7 @@ pub enum Way {
     Automatic,
     /// One after the other.
     Single,
-    /// 64 together.
+    /// 128 together.
     Stream,
 }
 
@@ -233,10 +234,10 @@ struct Counts<'a> {
 }
 
 impl PacketCounter for Counts<'_> {
-    fn node(&mut self, active: u64) {
+    fn node(&mut self, active: Bits) {
         PacketCounter::node(&mut self.of_stream.as_mut_slice(), active);
     }
-    fn triangle(&mut self, tested: u64) {
+    fn triangle(&mut self, tested: Bits) {
         PacketCounter::triangle(&mut self.of_stream.as_mut_slice(), tested);
     }
     fn settled(&mut self, ray: usize, by: Stage) {
@@ -270,7 +271,7 @@ fn dispatch<T: Tally>(
     tally: &mut T,
 ) -> u64 {
     scratch.stopped_early = 0;
-    let words = occluded.chunks_mut(MOST_SORTED / STREAM);
+    let words = occluded.chunks_mut(MOST_SORTED / WORD);
     for (part, (rays, occluded)) in rays.chunks(MOST_SORTED).zip(words).enumerate() {
         tally.begin(part * MOST_SORTED);
         Batch { query, rays, occluded }.trace_on(instructions, scratch, tally);
@@ -353,7 +354,7 @@ impl Batch<'_> {
         let target = Target { bounds: &tree.bounds, mesh, mode };
         // Bytes, as bits of one word would wait for each other.
         answers.clear();
-        answers.resize(rays.len().next_multiple_of(STREAM), 0);
+        answers.resize(rays.len().next_multiple_of(WORD), 0);
         let given = entry.as_ref();
         entries.clear();
         places.list(

@@ -1,8 +1,14 @@
 //! Rays by octant: groups hold rays of one, which enter boxes by the same planes.
 
-use super::rays::STREAM;
+use super::rays::{Bits, STREAM};
 use super::simd::{Simd, Wide};
 use crate::ray::Ray;
+
+/// So many rays of an octant go through a tree together even where they fill no stream.
+const LEAST_OF_OWN: usize = STREAM / 2;
+
+/// Bits of a word.
+pub(super) const WORD: usize = 64;
 
 /// Rays of a batch that go through a tree together.
 #[derive(Clone, Copy)]
@@ -11,24 +17,30 @@ pub(super) struct Picked<'a> {
     /// Their places in the batch.
     pub(super) places: &'a [u16],
     /// One bit for each place that has a ray of its own: others repeat one.
-    pub(super) there: u64,
+    pub(super) there: Bits,
     /// Where they start, if they all do: what was said of them when they were listed.
     pub(super) entry: Option<usize>,
     /// What follows the batch, as far on as these rays are in it.
     pub(super) ahead: *const Ray,
 }
 
-/// Places of a batch's rays, by octant: first 64 of one octant at a time, then those left over.
+/// Places of a batch's rays, by octant: first streams of one octant, then what is left over.
 #[derive(Default)]
 pub(super) struct Places {
     /// For 64 rays at a time those of each octant, one bit each.
     words: Vec<[u64; 8]>,
-    /// The first `len` are listed.
     places: Vec<u16>,
-    len: usize,
     left_over: LeftOver,
-    /// For 64 places at a time those that do not repeat another one, and where all of them start.
-    streams: Vec<(u64, Option<usize>)>,
+    streams: Vec<Listed>,
+}
+
+/// The places of a stream, which of them do not repeat another one, and where all of them start.
+#[derive(Clone, Copy)]
+struct Listed {
+    first: usize,
+    len: usize,
+    there: Bits,
+    entry: Option<usize>,
 }
 
 /// Where rays of an octant start.
@@ -44,7 +56,7 @@ pub(super) enum EntryPoint {
 
 impl Places {
     /// Lists the rays of a batch. Asks `entry_point` where rays of one octant start, as many as `run` at a
-    /// time, a multiple of 64.
+    /// time, a multiple of [`STREAM`].
     #[inline(always)]
     pub(super) fn list<S: Simd, W: Wide>(
         &mut self,
@@ -55,7 +67,7 @@ impl Places {
         mut entry_point: impl FnMut(&[u16]) -> EntryPoint,
     ) {
         let counts = self.sort(s, rays);
-        let Self { words, places, len, left_over, streams } = self;
+        let Self { words, places, left_over, streams } = self;
         streams.clear();
         left_over.clear();
         // Whatever is written after an octant's places ends here.
@@ -65,11 +77,11 @@ impl Places {
         for octant in (0..8).filter(|&octant| counts[octant] > 0) {
             let mut end = next;
             for (chunk, of_octants) in words.iter().enumerate() {
-                let to = &mut places[end..end + STREAM];
+                let to = &mut places[end..end + WORD];
                 let to = to.try_into().expect("as many places as asked for");
-                end += w.numbers_of_bits(of_octants[octant], (chunk * STREAM) as u16, to);
+                end += w.numbers_of_bits(of_octants[octant], (chunk * WORD) as u16, to);
             }
-            // What fills streams moves up to those before.
+            // What streams take moves up to those before; only an octant's last one repeats a place.
             let mut begin = next;
             while begin < end {
                 let of_run = begin..end.min(begin + run);
@@ -79,28 +91,41 @@ impl Places {
                     EntryPoint::From(entry) => Some(entry),
                     EntryPoint::Nowhere => continue,
                 };
-                let whole = of_run.len() / STREAM;
-                streams.extend((0..whole).map(|_| (u64::MAX, entry)));
-                left_over.add::<W>(&places[of_run.start + whole * STREAM..of_run.end], entry);
-                places.copy_within(of_run.start..of_run.start + whole * STREAM, next);
-                next += whole * STREAM;
+                let mut own = of_run.clone();
+                if own.len() % STREAM < LEAST_OF_OWN {
+                    own.end -= own.len() % STREAM;
+                    left_over.add::<W>(&places[own.end..of_run.end], entry);
+                }
+                let mut left = own.len();
+                places.copy_within(own, next);
+                while left > 0 {
+                    let here = left.min(STREAM);
+                    let len = here.next_multiple_of(W::GROUP);
+                    let last = places[next + here - 1];
+                    places[next + here..next + len].fill(last);
+                    let there = Bits::MAX >> (STREAM - here);
+                    streams.push(Listed { first: next, len, there, entry });
+                    (next, left) = (next + len, left - here);
+                }
             }
         }
         let rest = &left_over.places[..left_over.len];
         places[next..next + rest.len()].copy_from_slice(rest);
-        *len = next + rest.len();
-        streams.extend(left_over.streams());
+        for (stream, (there, entry)) in left_over.streams().enumerate() {
+            let first = next + stream * STREAM;
+            let len = STREAM.min(next + rest.len() - first);
+            streams.push(Listed { first, len, there, entry });
+        }
     }
 
-    /// The rays listed, of that batch, 64 places at a time.
+    /// The rays listed, of that batch, a stream at a time.
     #[inline(always)]
     pub(super) fn streams<'a>(&'a self, batch: &'a [Ray]) -> impl Iterator<Item = Picked<'a>> {
-        let streams = self.places[..self.len].chunks(STREAM).zip(&self.streams).enumerate();
-        streams.map(
+        self.streams.iter().map(
             #[inline(always)]
-            |(stream, (places, &(there, entry)))| {
-                let ahead = batch.as_ptr_range().end.wrapping_add(stream * STREAM);
-                Picked { batch, places, there, entry, ahead }
+            |&Listed { first, len, there, entry }| {
+                let ahead = batch.as_ptr_range().end.wrapping_add(first);
+                Picked { batch, places: &self.places[first..first + len], there, entry, ahead }
             },
         )
     }
@@ -110,13 +135,13 @@ impl Places {
     fn sort<S: Simd>(&mut self, s: S, rays: &[Ray]) -> [usize; 8] {
         self.words.clear();
         let mut counts = [0; 8];
-        let mut signs = [0; STREAM];
-        for rays in rays.chunks(STREAM) {
+        let mut signs = [0; WORD];
+        for rays in rays.chunks(WORD) {
             for (signs, ray) in signs.iter_mut().zip(rays) {
                 // In the highest bits, which are transposed first.
                 *signs = s.octant(ray) << 5;
             }
-            let all = u64::MAX >> (STREAM - rays.len());
+            let all = u64::MAX >> (WORD - rays.len());
             let [.., x, y, z] = s.transpose(&signs);
             let of_octants: [u64; 8] = std::array::from_fn(|octant| {
                 let picked =
@@ -132,20 +157,20 @@ impl Places {
     }
 }
 
-/// Of each octant less than a stream.
-const MOST_LEFT_OVER: usize = 8 * STREAM;
+/// Of each octant less than half a stream, and each fills its last group.
+const MOST_LEFT_OVER: usize = 8 * LEAST_OF_OWN;
 
 /// Places that fill no stream of their octant, from the start of a group on each.
 struct LeftOver {
     places: [u16; MOST_LEFT_OVER],
     len: usize,
-    /// For 64 places at a time those that do not repeat another one, and where all of them start.
-    streams: [(u64, Option<usize>); 8],
+    /// For each stream's places those that do not repeat another one, and where all of them start.
+    streams: [(Bits, Option<usize>); MOST_LEFT_OVER / STREAM],
 }
 
 impl Default for LeftOver {
     fn default() -> Self {
-        Self { places: [0; MOST_LEFT_OVER], len: 0, streams: [(0, None); 8] }
+        Self { places: [0; MOST_LEFT_OVER], len: 0, streams: [(0, None); MOST_LEFT_OVER / STREAM] }
     }
 }
 
@@ -154,7 +179,7 @@ impl LeftOver {
         self.len = 0;
     }
 
-    /// Adds fewer than 64.
+    /// Adds fewer than half a stream.
     #[inline(always)]
     fn add<W: Wide>(&mut self, places: &[u16], entry: Option<usize>) {
         for places in places.chunks(W::GROUP) {
@@ -162,7 +187,7 @@ impl LeftOver {
             group[..places.len()].copy_from_slice(places);
             group[places.len()..].fill(places[places.len() - 1]);
             let (stream, first) = (&mut self.streams[self.len / STREAM], self.len % STREAM);
-            let there = u64::MAX >> (STREAM - places.len()) << first;
+            let there = Bits::MAX >> (STREAM - places.len()) << first;
             *stream = match *stream {
                 _ if first == 0 => (there, entry),
                 (others, of_others) => (others | there, entry.filter(|_| of_others == entry)),
@@ -171,7 +196,7 @@ impl LeftOver {
         }
     }
 
-    fn streams(&self) -> impl Iterator<Item = (u64, Option<usize>)> {
+    fn streams(&self) -> impl Iterator<Item = (Bits, Option<usize>)> {
         self.streams.into_iter().take(self.len.div_ceil(STREAM))
     }
 }
@@ -189,7 +214,7 @@ mod tests {
     use crate::test_random::Random;
 
     /// Streams' places, which of them are there, and where they start.
-    type Streams = Vec<(Vec<u16>, u64, Option<usize>)>;
+    type Streams = Vec<(Vec<u16>, Bits, Option<usize>)>;
 
     const RUN: usize = 2 * STREAM;
 
@@ -218,7 +243,7 @@ mod tests {
     fn every_ray_is_listed_once_and_groups_are_of_one_octant() {
         let mut random = Random::new(0x0c7a);
         let sizes = (0..40).map(|_| 1 + random.bits() as usize % 400).collect::<Vec<_>>();
-        for size in sizes.into_iter().chain([1, 15, 16, 63, 64, 65, MOST_SORTED]) {
+        for size in sizes.into_iter().chain([1, 15, 16, 63, 64, 65, 127, 128, 129, MOST_SORTED]) {
             let one_way = random.bits().is_multiple_of(4);
             let batch: Vec<Ray> = (0..size)
                 .map(|_| random.ray())
@@ -235,7 +260,7 @@ mod tests {
                 };
                 let mut listed = Vec::new();
                 for (places, there, entry) in &streams {
-                    assert_eq!(places.len() % group, 0);
+                    assert!(places.len() % group == 0 && places.len() <= STREAM);
                     assert!(there.count_ones() as usize <= places.len());
                     for (first, places) in places.chunks(group).enumerate() {
                         assert!(places.iter().all(|place| octant(place) == octant(&places[0])));

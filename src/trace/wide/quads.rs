@@ -141,8 +141,9 @@ mod tests {
     use crate::ray::Ray;
     use crate::test_random::Random;
     use crate::trace::NoCount;
+    use crate::trace::wide::group::of_group;
     use crate::trace::wide::octants::{EntryPoint, Places};
-    use crate::trace::wide::rays::{Numbers, Target};
+    use crate::trace::wide::rays::{Bits, Numbers, STREAM, Target};
     use crate::trace::wide::simd::{Portable, Simd};
     use crate::trace::wide::stream::leaf_by_ray;
     use crate::trace::wide::tests::rays as random_rays;
@@ -157,7 +158,7 @@ mod tests {
             let mesh = random.mesh(1 + round % 60);
             let ids: Vec<u32> = (0..mesh.len() as u32).collect();
             let tree = small_tree(&mesh, &ids, |_, bounds, _| bounds.half_area());
-            let mut given = random_rays(&mut random, &mesh, 64);
+            let mut given = random_rays(&mut random, &mesh, STREAM);
             // Some go for corners, which leaves them in doubt, and some through triangles.
             for (index, ray) in given.iter_mut().enumerate() {
                 let corners = mesh.triangle(random.bits() as usize % mesh.len()).0;
@@ -204,16 +205,16 @@ mod tests {
             let rays = Rays::new(s, w, &mut numbers, target, picked);
             let nodes = tree.nodes.iter().flat_map(|node| &node.children[..node.len as usize]);
             for &leaf in nodes.chain(&tree.root).filter(|child| child.is_leaf()) {
-                for group in 0..64 / W::GROUP {
+                for group in 0..STREAM / W::GROUP {
                     let first = group * W::GROUP;
-                    let some = rays.valid & random.bits() & (random.bits() | random.bits());
-                    let here = some >> first & (u64::MAX >> (64 - W::GROUP));
+                    let some = random.bits() & (random.bits() | random.bits());
+                    let here = of_group::<W>(rays.valid, group) & some;
                     by_quads.begin();
                     by_ray.begin();
                     let stopped = leaf_by_quads(w, tree, leaf, &rays, group, here, &mut by_quads);
                     let expected = leaf_by_ray(s, tree, leaf, &rays, first, here, &mut by_ray);
                     assert_eq!(stopped, expected, "{leaf:?}");
-                    let left = (here & !stopped) << first;
+                    let left = Bits::from(here & !stopped) << first;
                     let settled = by_quads.settle(s, &rays, left, &mut NoCount);
                     assert_eq!(settled, by_ray.settle(s, &rays, left, &mut NoCount), "{leaf:?}");
                     found[0] += stopped.count_ones();

@@ -1,4 +1,4 @@
-//! Up to 64 rays side by side, with what the conservative tests compute with.
+//! Up to 128 rays side by side, with what the conservative tests compute with.
 //!
 //! # Why the box test here accepts what [`PreparedRay::enter`] accepts
 //!
@@ -37,8 +37,11 @@ use crate::intersect::{Mode, PreparedRay, Stage};
 use crate::ray::Ray;
 use std::cell::OnceCell;
 
-/// Rays of a stream: as many as bits in a word.
-pub(super) const STREAM: usize = 64;
+/// Rays of a stream.
+pub(super) const STREAM: usize = Bits::BITS as usize;
+
+/// One bit for each ray of a stream.
+pub(super) type Bits = u128;
 
 pub(super) const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
 const OF_EXTENT: f32 = 23.0 * UNIT;
@@ -152,7 +155,7 @@ pub(super) struct Rays<'a> {
     target: Target<'a>,
     picked: Picked<'a>,
     /// One bit for each ray that may hit something.
-    pub(super) valid: u64,
+    pub(super) valid: Bits,
     /// Whether none is odd.
     pub(super) are_plain: bool,
     around: OnceCell<Around>,
@@ -168,7 +171,7 @@ impl std::ops::Deref for Rays<'_> {
 }
 
 impl<'a> Rays<'a> {
-    /// Those picked, up to 64.
+    /// Those picked.
     #[inline(always)]
     pub(super) fn new<S: Simd, W: Wide>(
         s: S,
@@ -185,7 +188,7 @@ impl<'a> Rays<'a> {
             }
             numbers.take(s, group, rays);
         }
-        let mut plain = 0;
+        let mut plain: Bits = 0;
         for group in 0..places.len() / W::GROUP {
             // Batches of a set lie one after the other. A few lines at a time, as only so many are under way.
             if given.len() >= STREAM {
@@ -193,7 +196,7 @@ impl<'a> Rays<'a> {
                     s.prefetch_ahead(ahead.wrapping_add(group * W::GROUP + 2 * pair));
                 }
             }
-            plain |= numbers.prepare(w, group, target) << (group * W::GROUP);
+            plain |= Bits::from(numbers.prepare(w, group, target)) << (group * W::GROUP);
             numbers.octants[group] = s.octant(&given[usize::from(places[group * W::GROUP])]);
         }
         let mut valid = there & plain;
@@ -201,7 +204,7 @@ impl<'a> Rays<'a> {
         while odd != 0 {
             let index = odd.trailing_zeros() as usize;
             let ray = &given[usize::from(places[index])];
-            valid |= u64::from(numbers.fill_odd(index, ray, target.bounds)) << index;
+            valid |= Bits::from(numbers.fill_odd(index, ray, target.bounds)) << index;
             odd &= odd - 1;
         }
         let are_plain = there & !plain == 0;

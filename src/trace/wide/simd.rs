@@ -5,7 +5,9 @@
 //! [`mul_sub`](Vector::mul_sub), which may round once or twice: what is computed with them allows
 //! for either.
 
-use super::rays::{Row, STREAM};
+use super::octants::WORD;
+use super::rays::{Bits, Row, STREAM};
+use super::stack::Slots;
 use crate::ray::Ray;
 use crate::tree::ChildRef;
 
@@ -113,7 +115,7 @@ pub(super) trait Simd: Vector {
 
 /// Operations on the numbers of a group of rays: as many as a register holds.
 pub(super) trait Wide: Vector {
-    /// Rays of a group: divides 64.
+    /// Rays of a group: divides 64, so that each is in one half of a stream.
     const GROUP: usize;
     /// For each child of a node the rays that meet it, one bit each.
     type Words: Copy;
@@ -124,16 +126,27 @@ pub(super) trait Wide: Vector {
     fn unload(
         self,
         words: Self::Words,
-        here: u64,
+        here: Bits,
         children: &[ChildRef; LANES],
         some: u32,
-        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+        to: Slots<'_>,
     ) -> usize;
+    /// Groups with an active ray, one bit each.
+    #[inline(always)]
+    fn groups(self, active: Bits) -> u32 {
+        let mut groups = 0;
+        for group in 0..STREAM / Self::GROUP {
+            let of_group = active >> (group * Self::GROUP) & ((1 << Self::GROUP) - 1);
+            groups |= u32::from(of_group != 0) << group;
+        }
+        groups
+    }
     /// The numbers of one group.
     fn load(self, row: &Row, group: usize) -> Self::Floats;
     fn store(self, row: &mut Row, group: usize, value: Self::Floats);
-    /// The words of these children.
-    fn words(self, words: [u64; LANES]) -> Self::Words;
+    /// The words of children: their lower halves, their upper halves, and those that all rays meet, one bit
+    /// each.
+    fn words(self, words: [[u64; LANES]; 2], all: u32) -> Self::Words;
     /// Lanes of a group, one for each lane.
     type Lanes: Copy;
     /// The first `GROUP / 4` of some rays of a group, one bit each: each in four lanes. Whatever there is where
@@ -146,7 +159,7 @@ pub(super) trait Wide: Vector {
     /// Writes the numbers of the bits that are set, counted from `first`, and whatever after them; returns how
     /// many there are.
     #[inline(always)]
-    fn numbers_of_bits(self, bits: u64, first: u16, to: &mut [u16; STREAM]) -> usize {
+    fn numbers_of_bits(self, bits: u64, first: u16, to: &mut [u16; WORD]) -> usize {
         let mut len = 0;
         // Eight bits at a time and without branches, as no processor foresees them.
         for (byte, bits) in bits.to_le_bytes().into_iter().enumerate() {
@@ -337,35 +350,47 @@ impl Simd for Portable {
 
 impl Wide for Portable {
     const GROUP: usize = LANES;
-    type Words = [u64; LANES];
+    /// Their lower and their upper halves.
+    type Words = [[u64; LANES]; 2];
 
     #[inline(always)]
-    fn words(self, words: [u64; LANES]) -> [u64; LANES] {
+    fn words(self, mut words: [[u64; LANES]; 2], all: u32) -> [[u64; LANES]; 2] {
+        for half in &mut words {
+            for (slot, word) in half.iter_mut().enumerate() {
+                *word |= 0u64.wrapping_sub(u64::from(all >> slot & 1));
+            }
+        }
         words
     }
     #[inline(always)]
-    fn with_ray(self, mut words: [u64; LANES], children: u32, index: usize) -> [u64; LANES] {
-        for (slot, word) in words.iter_mut().enumerate() {
-            *word |= u64::from(children >> slot & 1) << index;
+    fn with_ray(
+        self,
+        mut words: [[u64; LANES]; 2],
+        children: u32,
+        index: usize,
+    ) -> [[u64; LANES]; 2] {
+        for (slot, word) in words[index / 64 % 2].iter_mut().enumerate() {
+            *word |= u64::from(children >> slot & 1) << (index % 64);
         }
         words
     }
     #[inline(always)]
     fn unload(
         self,
-        words: [u64; LANES],
-        here: u64,
+        [lower, upper]: [[u64; LANES]; 2],
+        here: Bits,
         children: &[ChildRef; LANES],
         some: u32,
-        to: (&mut [ChildRef; LANES], &mut [u64; LANES]),
+        to: Slots<'_>,
     ) -> usize {
         let mut len = 0;
         for slot in (0..LANES).rev() {
-            let word = words[slot] & here;
+            let (lower, upper) = (lower[slot] & here as u64, upper[slot] & (here >> 64) as u64);
             // At most seven have been written.
             to.0[len % LANES] = children[slot];
-            to.1[len % LANES] = word;
-            len += usize::from(word != 0 && some >> slot & 1 != 0);
+            to.1[0][len % LANES] = lower;
+            to.1[1][len % LANES] = upper;
+            len += usize::from(lower | upper != 0 && some >> slot & 1 != 0);
         }
         len
     }

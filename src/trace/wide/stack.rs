@@ -1,7 +1,7 @@
 //! What a stream has still to visit, and to settle.
 
 use super::alone::Alone;
-use super::rays::Rays;
+use super::rays::{Bits, Rays};
 use super::simd::Simd;
 use crate::trace::packet::PacketCounter;
 use crate::tree::{ChildRef, MAX_WIDE_DEPTH, WIDTH};
@@ -10,13 +10,17 @@ use crate::tree::{ChildRef, MAX_WIDE_DEPTH, WIDTH};
 #[derive(Clone, Copy)]
 pub(super) struct Pending {
     pub(super) child: ChildRef,
-    pub(super) rays: u64,
+    pub(super) rays: Bits,
 }
+
+/// Places for children, and for the lower and the upper halves of their rays.
+pub(super) type Slots<'a> = (&'a mut [ChildRef; WIDTH], [&'a mut [u64; WIDTH]; 2]);
 
 /// What is still to visit: of each node on the way all children but the current one.
 pub(super) struct Stack {
     children: [ChildRef; Self::ROOM],
-    rays: [u64; Self::ROOM],
+    /// Their lower and their upper halves.
+    rays: [[u64; Self::ROOM]; 2],
     len: usize,
     /// Rays that go on alone when all else is done.
     pub(super) alone: Alone,
@@ -33,7 +37,7 @@ impl Stack {
 
     pub(super) const EMPTY: Self = Self {
         children: [ChildRef::UNUSED; Self::ROOM],
-        rays: [0; Self::ROOM],
+        rays: [[0; Self::ROOM]; 2],
         len: 0,
         alone: Alone::EMPTY,
         put_off: Vec::new(),
@@ -71,9 +75,9 @@ impl Stack {
         &mut self,
         s: S,
         rays: &Rays<'_>,
-        alive: u64,
+        alive: Bits,
         counter: &mut C,
-    ) -> u64 {
+    ) -> Bits {
         if self.doubts.is_empty() {
             return 0;
         }
@@ -91,7 +95,7 @@ impl Stack {
             if left >> index & 1 != 0 {
                 let (hit, by) = rays.confirm(index as usize, triangle);
                 counter.settled(index as usize, by);
-                left &= !(u64::from(hit) << index);
+                left &= !(Bits::from(hit) << index);
             }
         }
         alive & !left
@@ -104,20 +108,21 @@ impl Stack {
     }
 
     /// Has `rays` visit a leaf when all else is done.
-    pub(super) fn put_off(&mut self, leaf: ChildRef, rays: u64) {
+    pub(super) fn put_off(&mut self, leaf: ChildRef, rays: Bits) {
         self.put_off.push(Pending { child: leaf, rays });
     }
 
     /// The next leaf that was put off, and its rays.
-    pub(super) fn make_up(&mut self) -> Option<(ChildRef, u64)> {
+    pub(super) fn make_up(&mut self) -> Option<(ChildRef, Bits)> {
         let Pending { child, rays } = *self.put_off.get(self.made_up)?;
         self.made_up += 1;
         Some((child, rays))
     }
 
     #[inline(always)]
-    pub(super) fn push(&mut self, child: ChildRef, rays: u64) {
-        (self.children[self.len], self.rays[self.len]) = (child, rays);
+    pub(super) fn push(&mut self, child: ChildRef, rays: Bits) {
+        self.children[self.len] = child;
+        (self.rays[0][self.len], self.rays[1][self.len]) = (rays as u64, (rays >> 64) as u64);
         self.len += 1;
     }
 
@@ -127,7 +132,9 @@ impl Stack {
             return None;
         }
         self.len -= 1;
-        Some(Pending { child: self.children[self.len], rays: self.rays[self.len] })
+        let [lower, upper] = [self.rays[0][self.len], self.rays[1][self.len]];
+        let rays = Bits::from(lower) | Bits::from(upper) << 64;
+        Some(Pending { child: self.children[self.len], rays })
     }
 
     /// Forgets all but the first `len`.
@@ -144,10 +151,12 @@ impl Stack {
 
     /// Places for a node's children; those that are used are [`added`](Self::added).
     #[inline(always)]
-    pub(super) fn next(&mut self) -> (&mut [ChildRef; WIDTH], &mut [u64; WIDTH]) {
+    pub(super) fn next(&mut self) -> Slots<'_> {
         let there = self.len..self.len + WIDTH;
         let children = (&mut self.children[there.clone()]).try_into().expect("eight places");
-        (children, (&mut self.rays[there]).try_into().expect("eight places"))
+        let [lower, upper] = &mut self.rays;
+        let rays = [&mut lower[there.clone()], &mut upper[there]];
+        (children, rays.map(|rays| rays.try_into().expect("eight places")))
     }
 
     /// So many places are used now.

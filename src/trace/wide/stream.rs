@@ -1,12 +1,12 @@
-//! Up to 64 rays through the tree together: each node is visited once for all of them.
+//! Up to 128 rays through the tree together: each node is visited once for all of them.
 
 use super::alone;
-use super::group::{groups, leaf_by_group, node_by_group, of_group, stopped_by_occluders};
+use super::group::{leaf_by_group, node_by_group, of_group, stopped_by_occluders};
 use super::leaf::hits_leaf;
 use super::occluders::Occluders;
 use super::one_ray::OneRay;
 use super::quads::{self, leaf_by_quads};
-use super::rays::{Rays, STREAM};
+use super::rays::{Bits, Rays, STREAM};
 use super::simd::{Simd, Wide};
 use super::stack::{Pending, Stack};
 use crate::trace::packet::PacketCounter;
@@ -51,11 +51,11 @@ pub(super) trait Trees: Copy {
         w: W,
         leaf: ChildRef,
         rays: &Rays<'_>,
-        here: u64,
+        here: Bits,
         stack: &mut Stack,
         occluders: &mut Occluders,
         counter: &mut C,
-    ) -> u64;
+    ) -> Bits;
 
     /// Whether something in a leaf stops one ray.
     #[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
@@ -77,11 +77,11 @@ pub(super) trait Trees: Copy {
         s: S,
         w: W,
         rays: &Rays<'_>,
-        alive: u64,
+        alive: Bits,
         stack: &mut Stack,
         occluders: &mut Occluders,
         counter: &mut C,
-    ) -> u64;
+    ) -> Bits;
 }
 
 /// A tree with triangles in its leaves, and its number among several.
@@ -111,11 +111,11 @@ impl Trees for Triangles<'_> {
         w: W,
         leaf: ChildRef,
         rays: &Rays<'_>,
-        here: u64,
+        here: Bits,
         stack: &mut Stack,
         occluders: &mut Occluders,
         counter: &mut C,
-    ) -> u64 {
+    ) -> Bits {
         for _ in leaf.leaf_slots() {
             counter.triangle(here);
         }
@@ -145,11 +145,11 @@ impl Trees for Triangles<'_> {
         _: S,
         _: W,
         _: &Rays<'_>,
-        _: u64,
+        _: Bits,
         _: &mut Stack,
         _: &mut Occluders,
         _: &mut C,
-    ) -> u64 {
+    ) -> Bits {
         0
     }
 }
@@ -171,7 +171,7 @@ pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
-) -> u64 {
+) -> Bits {
     let Start { trees, entry } = start;
     let Some(root) = trees.tree().root else { return 0 };
     let mut alive = rays.valid;
@@ -200,12 +200,12 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     trees: T,
     mut first: Option<&Node8>,
     rays: &Rays<'_>,
-    mut alive: u64,
+    mut alive: Bits,
     base: usize,
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
-) -> u64 {
+) -> Bits {
     let all = alive;
     let tree = trees.tree();
     let sets_aside = !T::PUTS_OFF && stack.alone.is_wanted && tree.is_large();
@@ -243,8 +243,9 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
             }
             (&tree.nodes[child.node_index()], here)
         };
-        let words = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
-            node_by_group(s, w, node, rays, rays.around(w), here)
+        let groups = w.groups(here);
+        let words = if here.count_ones() > groups.count_ones() * ACTIVE_IN_NODE {
+            node_by_group(s, w, node, rays, rays.around(w), groups)
         } else {
             node_by_ray::<S, W>(s, w, node, rays, here)
         };
@@ -268,7 +269,7 @@ pub(super) fn any_hit_one_by_one<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
-) -> u64 {
+) -> Bits {
     let Start { trees, entry } = start;
     let Some(root) = trees.tree().root else { return 0 };
     let whole = [root];
@@ -286,7 +287,7 @@ pub(super) fn any_hit_one_by_one<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
             hit = trees.make_up(s, w, rays, 1 << index, stack, occluders, counter) != 0
                 || stack.settle(s, rays, 1 << index, counter) != 0;
         }
-        hits |= u64::from(hit) << index;
+        hits |= Bits::from(hit) << index;
     }
     hits
 }
@@ -298,9 +299,9 @@ fn node_by_ray<S: Simd, W: Wide>(
     w: W,
     node: &Node8,
     rays: &Rays<'_>,
-    mut active: u64,
+    mut active: Bits,
 ) -> W::Words {
-    let mut words = w.words([0; WIDTH]);
+    let mut words = w.words([[0; WIDTH]; 2], 0);
     while active != 0 {
         let index = active.trailing_zeros() as usize;
         let children = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]).meets(s, node);
@@ -319,17 +320,17 @@ fn leaf_hits<S: Simd, W: Wide>(
     trees: Triangles<'_>,
     leaf: ChildRef,
     rays: &Rays<'_>,
-    active: u64,
+    active: Bits,
     stack: &mut Stack,
     occluders: &mut Occluders,
-) -> u64 {
+) -> Bits {
     let triangles = leaf.leaf_slots().len() as u32;
-    let (mut left, mut hits) = (active, 0);
+    let (mut left, mut hits) = (w.groups(active), 0);
     while left != 0 {
-        let group = left.trailing_zeros() as usize / W::GROUP;
+        let group = left.trailing_zeros() as usize % (STREAM / W::GROUP);
         let first = group * W::GROUP;
         let here = of_group::<W>(active, group);
-        left &= !(u64::MAX >> (STREAM - W::GROUP) << first);
+        left &= left - 1;
         let stopped = if here.count_ones() > triangles {
             leaf_by_group(w, trees, leaf, rays, group, here, stack, occluders)
         } else if quads::are_quicker::<W>() {
@@ -337,7 +338,7 @@ fn leaf_hits<S: Simd, W: Wide>(
         } else {
             leaf_by_ray(s, trees.tree, leaf, rays, first, here, stack)
         };
-        hits |= stopped << first;
+        hits |= Bits::from(stopped) << first;
     }
     hits
 }

@@ -161,7 +161,7 @@ fn all_kernels_answer_as_the_binary_tree_does() {
         let mesh = random.mesh([1, 4, 9, 60, 1000, 4000][round % 6]);
         let triangle = [0.02, 0.15, 0.6][round % 3];
         let (binary, wide) = trees(&mesh, WideCosts { triangle, ..WideCosts::default() });
-        for count in [0, 1, 63, 64, 65, 300] {
+        for count in [0, 1, 63, 64, 65, 127, 128, 129, 300] {
             let rays = rays(&mut random, &mesh, count);
             let answers = assert_as_binary(&mesh, (&binary, &wide), &rays, count < 300);
             hits += answers.iter().map(|word| word.count_ones()).sum::<u32>();
@@ -228,7 +228,7 @@ fn closest_hits_of_tiles_are_those_of_brute_force() {
             .collect();
         hits += expected.iter().flatten().count();
         for set in Instructions::all() {
-            for count in [1, 7, 64, 256] {
+            for count in [1, 7, 64, 128, 256] {
                 let together = answers_closest(set, (&mesh, &wide), &rays[..count]);
                 for (index, hit) in together.iter().enumerate() {
                     let (hit, expected) = (hit.map(bits), expected[index].map(bits));

@@ -2,7 +2,7 @@
 //! those of one tree over all triangles.
 
 use super::occluders::Occluders;
-use super::rays::Rays;
+use super::rays::{Bits, Rays};
 use super::simd::{Simd, Wide};
 use super::stack::Stack;
 use super::stream::{Trees, Triangles, descend, one_ray};
@@ -55,11 +55,11 @@ impl Trees for Levels<'_> {
         w: W,
         leaf: ChildRef,
         rays: &Rays<'_>,
-        here: u64,
+        here: Bits,
         stack: &mut Stack,
         occluders: &mut Occluders,
         counter: &mut C,
-    ) -> u64 {
+    ) -> Bits {
         let mut left = here;
         for slot in leaf.leaf_slots() {
             if left == 0 {
@@ -106,11 +106,11 @@ impl Trees for Levels<'_> {
         s: S,
         w: W,
         rays: &Rays<'_>,
-        alive: u64,
+        alive: Bits,
         stack: &mut Stack,
         occluders: &mut Occluders,
         counter: &mut C,
-    ) -> u64 {
+    ) -> Bits {
         let mut left = alive;
         while let Some((leaf, here)) = stack.make_up() {
             let here = here & left;
@@ -134,11 +134,11 @@ fn visit<S: Simd, W: Wide, C: PacketCounter>(
     w: W,
     trees: Triangles<'_>,
     rays: &Rays<'_>,
-    here: u64,
+    here: Bits,
     stack: &mut Stack,
     occluders: &mut Occluders,
     counter: &mut C,
-) -> u64 {
+) -> Bits {
     let Some(root) = trees.tree.root else { return 0 };
     let base = stack.len();
     stack.push(root, here);

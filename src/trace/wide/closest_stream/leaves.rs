@@ -2,9 +2,9 @@
 
 use super::best::Best;
 use super::{Stream, TwoLevel};
-use crate::trace::wide::group::{facet_of, groups, lines_of, of_group};
+use crate::trace::wide::group::{facet_of, lines_of, of_group};
 use crate::trace::wide::leaf::{crossings, facets_of, one_of};
-use crate::trace::wide::rays::STREAM;
+use crate::trace::wide::rays::{Bits, STREAM};
 use crate::trace::wide::simd::{LANES, Simd, Wide};
 use crate::tree::{Bvh8, ChildRef};
 
@@ -19,7 +19,7 @@ pub(super) trait Leaves {
         w: W,
         stream: &mut Stream<'_, '_>,
         leaf: ChildRef,
-        here: u64,
+        here: Bits,
         level: u16,
     );
 
@@ -50,7 +50,7 @@ impl Leaves for InLeaf<'_> {
         w: W,
         stream: &mut Stream<'_, '_>,
         leaf: ChildRef,
-        here: u64,
+        here: Bits,
         _: u16,
     ) {
         stream.leaf(s, w, self.0, leaf, here);
@@ -85,7 +85,7 @@ impl Leaves for InPart<'_> {
         w: W,
         stream: &mut Stream<'_, '_>,
         leaf: ChildRef,
-        here: u64,
+        here: Bits,
         level: u16,
     ) {
         for slot in leaf.leaf_slots() {
@@ -112,9 +112,9 @@ impl Leaves for InPart<'_> {
 
 impl Stream<'_, '_> {
     #[inline(always)]
-    fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, tree: &Bvh8, leaf: ChildRef, mut here: u64) {
+    fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, tree: &Bvh8, leaf: ChildRef, mut here: Bits) {
         let triangles = leaf.leaf_slots().len() as u32;
-        if here.count_ones() > groups::<W>(here) * triangles {
+        if here.count_ones() > w.groups(here).count_ones() * triangles {
             for group in 0..STREAM / W::GROUP {
                 let here = of_group::<W>(here, group);
                 if here != 0 {

@@ -1,4 +1,4 @@
-//! The closest hits of up to 64 rays, which go through the tree together.
+//! The closest hits of up to 128 rays, which go through the tree together.
 //!
 //! Each node is visited once for all rays that meet it, its children in the order in which the first of
 //! these rays enters them; a ray sits out a subtree that it enters beyond the hit that it has.
@@ -24,9 +24,9 @@ mod best;
 mod leaves;
 
 use super::closest;
-use super::group::{entries_by_group, groups, of_group};
+use super::group::{entries_by_group, of_group};
 use super::one_ray::OneRay;
-use super::rays::{Rays, Row, STREAM};
+use super::rays::{Bits, Rays, Row, STREAM};
 use super::simd::{LANES, Simd, Wide};
 use super::stream::{ACTIVE_IN_NODE, prefetch};
 use super::{Structure, TwoLevel};
@@ -44,7 +44,7 @@ struct Pending {
     level: u16,
     slot: u16,
     /// The rays that meet its box.
-    rays: u64,
+    rays: Bits,
     /// Where one of them enters it.
     entry: f32,
 }
@@ -57,7 +57,7 @@ pub(super) struct Memory {
     entries: Vec<[Row; WIDTH]>,
     best: [Best; STREAM],
     /// Rays to start again, one bit each.
-    misled: u64,
+    misled: Bits,
     /// Of the rays of a group.
     bounds: [Row; 2],
     /// Hits to be confirmed.
@@ -115,7 +115,7 @@ impl Stream<'_, '_> {
         s: S,
         w: W,
         leaves: &L,
-        rays: u64,
+        rays: Bits,
         level: u16,
     ) {
         let Some(root) = leaves.tree().root else { return };
@@ -143,7 +143,7 @@ impl Stream<'_, '_> {
 
     /// Takes rays through the tree of a part, in a function of its own.
     #[inline(never)]
-    fn visit_part<S: Simd, W: Wide>(&mut self, s: S, w: W, part: &Bvh8, rays: u64, level: u16) {
+    fn visit_part<S: Simd, W: Wide>(&mut self, s: S, w: W, part: &Bvh8, rays: Bits, level: u16) {
         w.run(
             #[inline(always)]
             || self.descend(s, w, &InLeaf(part), rays, level),
@@ -162,7 +162,7 @@ impl Stream<'_, '_> {
 
     /// The rays that still have to visit a subtree.
     #[inline(always)]
-    fn not_beyond<W: Wide>(&self, w: W, pending: &Pending) -> u64 {
+    fn not_beyond<W: Wide>(&self, w: W, pending: &Pending) -> Bits {
         let entries =
             &self.memory.entries[usize::from(pending.level - 1)][usize::from(pending.slot) % WIDTH];
         let mut rays = 0;
@@ -170,7 +170,7 @@ impl Stream<'_, '_> {
             let here = of_group::<W>(pending.rays, group);
             if here != 0 {
                 let reached = w.less_equal(w.load(entries, group), w.load(&self.rays.t_max, group));
-                rays |= (w.bits(reached) & here) << (group * W::GROUP);
+                rays |= Bits::from(w.bits(reached) & here) << (group * W::GROUP);
             }
         }
         rays
@@ -183,7 +183,7 @@ impl Stream<'_, '_> {
         w: W,
         tree: &Bvh8,
         node: ChildRef,
-        here: u64,
+        here: Bits,
         level: u16,
     ) {
         let node = &tree.nodes[node.node_index()];
@@ -192,11 +192,12 @@ impl Stream<'_, '_> {
             entries.push([Row::ZERO; WIDTH]);
         }
         let entries = &mut entries[usize::from(level)];
-        let (met, mut children) = if here.count_ones() > groups::<W>(here) * ACTIVE_IN_NODE {
-            entries_by_group(w, node, node.occupied(), self.rays, here, entries)
-        } else {
-            entries_by_ray::<S, W>(s, node, self.rays, here, entries)
-        };
+        let (met, mut children) =
+            if here.count_ones() > w.groups(here).count_ones() * ACTIVE_IN_NODE {
+                entries_by_group(w, node, node.occupied(), self.rays, here, entries)
+            } else {
+                entries_by_ray::<S, W>(s, node, self.rays, here, entries)
+            };
         let above = pending.len();
         while children != 0 {
             let slot = children.trailing_zeros() as usize % WIDTH;
@@ -277,9 +278,9 @@ fn entries_by_ray<S: Simd, W: Wide>(
     s: S,
     node: &Node8,
     rays: &Rays<'_>,
-    mut active: u64,
+    mut active: Bits,
     entries: &mut [Row; WIDTH],
-) -> ([u64; WIDTH], u32) {
+) -> ([Bits; WIDTH], u32) {
     let mut met = [0; WIDTH];
     let mut any = 0;
     while active != 0 {
