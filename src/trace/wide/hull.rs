@@ -225,15 +225,17 @@ impl Hull {
     /// With `C` from the corner to a middle and `m` the most of a component of `C` with the reach on that axis,
     /// and by what [`leaf`](super::leaf) says of normals, a middle's height is off by less than `5.2 u` of the
     /// product of each component, and so is a reach along the normal: by `9.1 u m` in all, as the components of a
-    /// unit normal come to less than the root of three. Either mode finds planes exactly or in `f64`, and meets none
-    /// between points that are off it on one side by more.
+    /// unit normal come to less than the root of three. What underflows is far less than what reaches begin with.
+    /// Either mode finds planes exactly or in `f64`, and meets none between points that are off it on one side by
+    /// more.
     #[inline(always)]
     fn beside<S: Simd>(&self, s: S, tree: &Bvh8, leaf: ChildRef) -> u32 {
         let facets = facets_of(s, tree, leaf);
         let size = facets.normal.map(|n| s.abs(n));
         let (mut above, mut below) = (s.splat(f32::INFINITY), s.splat(f32::NEG_INFINITY));
         for (middle, reach) in self.middles.iter().zip(&self.reaches) {
-            let (mut height, mut along, mut most) = (s.splat(0.0), s.splat(0.0), s.splat(0.0));
+            let (mut height, mut along, mut most) =
+                (s.splat(0.0), s.splat(f32::MIN_POSITIVE), s.splat(0.0));
             for axis in 0..3 {
                 let reach = s.splat(reach[axis]);
                 let from_corner = s.sub(s.splat(middle[axis]), facets.corner[axis]);
