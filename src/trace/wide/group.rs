@@ -17,6 +17,20 @@ pub(super) fn of_group<W: Wide>(mask: Bits, group: usize) -> u64 {
     (mask >> (group * W::GROUP)) as u64 & ((1 << W::GROUP) - 1)
 }
 
+/// Groups with an active ray, one after the other.
+#[inline(always)]
+pub(super) fn groups_of<W: Wide>(w: W, active: Bits) -> impl Iterator<Item = usize> {
+    let mut left = w.groups(active);
+    std::iter::from_fn(
+        #[inline(always)]
+        move || {
+            let group = (left != 0).then_some(left.trailing_zeros() as usize % (STREAM / W::GROUP));
+            left &= left.wrapping_sub(1);
+            group
+        },
+    )
+}
+
 /// What a group's rays are tested against boxes with.
 struct Slabs<W: Wide> {
     reciprocal: [W::Floats; 3],
@@ -96,7 +110,7 @@ pub(super) fn node_by_group<S: Simd, W: Wide>(
 }
 
 /// As [`node_by_group`], for some of the children, one bit each. Writes where rays enter the boxes, a row
-/// for each child.
+/// for each child. Returns lower and upper halves.
 #[inline(always)]
 pub(super) fn entries_by_group<W: Wide>(
     w: W,
@@ -105,14 +119,11 @@ pub(super) fn entries_by_group<W: Wide>(
     rays: &Rays<'_>,
     active: Bits,
     entries: &mut [Row; WIDTH],
-) -> ([Bits; WIDTH], u32) {
-    let mut met = [0; WIDTH];
+) -> ([[u64; 2]; WIDTH], u32) {
+    let mut met = [[0; 2]; WIDTH];
     let mut any = 0;
-    for group in 0..STREAM / W::GROUP {
+    for group in groups_of(w, active) {
         let here = of_group::<W>(active, group);
-        if here == 0 {
-            continue;
-        }
         let slabs = Slabs::new(w, rays, group);
         let mut left = children;
         while left != 0 {
@@ -121,7 +132,7 @@ pub(super) fn entries_by_group<W: Wide>(
             let (meet, entry) = slabs.meets(w, node, slot, slabs.t_min);
             w.store(&mut entries[slot], group, entry);
             let meet = w.bits(meet);
-            met[slot] |= Bits::from(meet & here) << (group * W::GROUP);
+            met[slot][group * W::GROUP / 64] |= (meet & here) << (group * W::GROUP % 64);
             any |= u32::from(meet & here != 0) << slot;
         }
     }

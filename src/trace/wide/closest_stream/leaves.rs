@@ -2,9 +2,9 @@
 
 use super::best::Best;
 use super::{Stream, TwoLevel};
-use crate::trace::wide::group::{facet_of, lines_of, of_group};
+use crate::trace::wide::group::{facet_of, groups_of, lines_of, of_group};
 use crate::trace::wide::leaf::{crossings, facets_of, one_of};
-use crate::trace::wide::rays::{Bits, STREAM};
+use crate::trace::wide::rays::Bits;
 use crate::trace::wide::simd::{LANES, Simd, Wide};
 use crate::tree::{Bvh8, ChildRef};
 
@@ -115,11 +115,8 @@ impl Stream<'_, '_> {
     fn leaf<S: Simd, W: Wide>(&mut self, s: S, w: W, tree: &Bvh8, leaf: ChildRef, mut here: Bits) {
         let triangles = leaf.leaf_slots().len() as u32;
         if here.count_ones() > w.groups(here).count_ones() * triangles {
-            for group in 0..STREAM / W::GROUP {
-                let here = of_group::<W>(here, group);
-                if here != 0 {
-                    self.leaf_of_group(w, tree, leaf, group, here);
-                }
+            for group in groups_of(w, here) {
+                self.leaf_of_group(w, tree, leaf, group, of_group::<W>(here, group));
             }
             return;
         }

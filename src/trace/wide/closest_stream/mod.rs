@@ -24,7 +24,7 @@ mod best;
 mod leaves;
 
 use super::closest;
-use super::group::{entries_by_group, of_group};
+use super::group::{entries_by_group, groups_of, of_group};
 use super::one_ray::OneRay;
 use super::rays::{Bits, Rays, Row, STREAM};
 use super::simd::{LANES, Simd, Wide};
@@ -43,8 +43,8 @@ struct Pending {
     /// Its depth, and its place in the node above: where rays enter its box is in that row.
     level: u16,
     slot: u16,
-    /// The rays that meet its box.
-    rays: Bits,
+    /// The rays that meet its box, the lower half and the upper one: it is moved about.
+    rays: [u64; 2],
     /// Where one of them enters it.
     entry: f32,
 }
@@ -165,13 +165,12 @@ impl Stream<'_, '_> {
     fn not_beyond<W: Wide>(&self, w: W, pending: &Pending) -> Bits {
         let entries =
             &self.memory.entries[usize::from(pending.level - 1)][usize::from(pending.slot) % WIDTH];
-        let mut rays = 0;
-        for group in 0..STREAM / W::GROUP {
-            let here = of_group::<W>(pending.rays, group);
-            if here != 0 {
-                let reached = w.less_equal(w.load(entries, group), w.load(&self.rays.t_max, group));
-                rays |= Bits::from(w.bits(reached) & here) << (group * W::GROUP);
-            }
+        let [lower, upper] = pending.rays.map(Bits::from);
+        let (met, mut rays) = (lower | upper << 64, 0);
+        for group in groups_of(w, met) {
+            let here = of_group::<W>(met, group);
+            let reached = w.less_equal(w.load(entries, group), w.load(&self.rays.t_max, group));
+            rays |= Bits::from(w.bits(reached) & here) << (group * W::GROUP);
         }
         rays
     }
@@ -203,7 +202,9 @@ impl Stream<'_, '_> {
             let slot = children.trailing_zeros() as usize % WIDTH;
             children &= children - 1;
             let rays = met[slot];
-            let entry = entries[slot].0[rays.trailing_zeros() as usize % STREAM];
+            let first =
+                if rays[0] != 0 { rays[0].trailing_zeros() } else { 64 + rays[1].trailing_zeros() };
+            let entry = entries[slot].0[first as usize % STREAM];
             let child = node.children[slot];
             if tree.is_large() {
                 prefetch(s, tree, child);
@@ -280,8 +281,8 @@ fn entries_by_ray<S: Simd, W: Wide>(
     rays: &Rays<'_>,
     mut active: Bits,
     entries: &mut [Row; WIDTH],
-) -> ([Bits; WIDTH], u32) {
-    let mut met = [0; WIDTH];
+) -> ([[u64; 2]; WIDTH], u32) {
+    let mut met = [[0; 2]; WIDTH];
     let mut any = 0;
     while active != 0 {
         let index = active.trailing_zeros() as usize;
@@ -294,7 +295,7 @@ fn entries_by_ray<S: Simd, W: Wide>(
         while children != 0 {
             let slot = children.trailing_zeros() as usize % WIDTH;
             children &= children - 1;
-            met[slot] |= 1 << index;
+            met[slot][index / 64 % 2] |= 1 << (index % 64);
             entries[slot].0[index] = of_ray[slot];
         }
     }
