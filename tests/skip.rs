@@ -416,15 +416,16 @@ fn skips_leave_out_what_they_are_for() {
 
 /// What stopped rays of one light must be tried for those of another neither in vain nor wrongly: here
 /// some tiles are dark for both lights, some for one, and what stops the rays changes from tile to tile.
+/// Squares are several pixels wide, so that a stream's rays meet few of them.
 #[test]
 fn occluders_of_one_light_are_remembered_for_it() {
     let mut shapes = Shapes::default();
     shapes.floor();
-    for i in 0..8 {
-        for j in 0..8 {
-            let (x, z) = (i as f32 - 4.0, j as f32 - 4.0);
+    for i in 0..4 {
+        for j in 0..4 {
+            let (x, z) = (2.0 * i as f32 - 4.0, 2.0 * j as f32 - 4.0);
             if (i + j) % 2 == 0 {
-                shapes.level(0.4, [x, x + 1.0], [z, z + 1.0]);
+                shapes.level(0.4, [x, x + 2.0], [z, z + 2.0]);
             }
         }
     }
@@ -433,6 +434,7 @@ fn occluders_of_one_light_are_remembered_for_it() {
         quad([29.9, 30.0, -0.1], Vec3::X * 0.2, Vec3::Z * 0.2),
     ]);
     let [settings, _] = &settings(&scene, 0)[..] else { unreachable!() };
+    let settings = &RenderSettings { size: [36, 24], ..settings.clone() };
     for name in ["bvh8", "lazy"] {
         let backend = built(&name.parse().unwrap(), &scene);
         let without = run(&scene, &*backend, settings, Skips::NONE);
@@ -444,7 +446,7 @@ fn occluders_of_one_light_are_remembered_for_it() {
         for class in with.stats.classes.iter().filter(|c| c.name.starts_with("shadow")) {
             let [early, occluded] = [class.rays_by_occluders, class.rays_occluded];
             println!("{name}: {early} of {occluded} rays of {} by occluders", class.name);
-            assert!(early * 4 > occluded, "{name}: {early} of {occluded}, {}", class.name);
+            assert!(early * 2 > occluded, "{name}: {early} of {occluded}, {}", class.name);
         }
         assert!(without.stats.classes.iter().all(|class| class.rays_by_occluders == 0));
     }
