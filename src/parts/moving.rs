@@ -198,6 +198,7 @@ impl Made {
 /// Dynamic Bounding Volume Hierarchies", ACM Transactions on Graphics 26(1), 2007), on this thread.
 #[inline(always)]
 fn refit(tree: &mut Bvh8, mesh: &TriangleMesh) {
+    tree.id = Bvh8::new_id();
     let Some(root) = tree.root else { return };
     let mut leaf = |child: ChildRef| {
         let slots = child.leaf_slots();

@@ -61,7 +61,7 @@ pub(super) fn ways() -> Vec<Choice> {
     vec![
         Choice { name: "auto", about: "by what is known of the batch" },
         Choice { name: "single", about: "one ray at a time" },
-        Choice { name: "stream", about: "64 rays of a batch together, sorted by direction" },
+        Choice { name: "stream", about: "128 rays of a batch together, sorted by direction" },
     ]
 }
 

@@ -63,6 +63,7 @@ impl WideFollower {
         rotates: bool,
     ) -> Updated {
         self.touched.iter_mut().for_each(Touched::clear);
+        tree.id = Bvh8::new_id();
         let Some(root) = tree.root else { return Updated::default() };
         let (ids, costs) = (&tree.triangle_ids, self.costs);
         if root.is_leaf() {

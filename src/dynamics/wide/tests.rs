@@ -2,8 +2,12 @@ use super::super::{LEAST_GAIN, Upkeep};
 use super::*;
 use crate::build::{BUILDERS, Leaves, collapse_and_keep};
 use crate::geometry::Aabb;
+use crate::intersect::Mode;
+use crate::ray::{Ray, words_for};
 use crate::test_motion::{MOTIONS, moved};
 use crate::test_random::Random;
+use crate::trace::shaft::Entry;
+use crate::trace::wide::{Instructions, Query, Scratch, Structure, Way, any_hit};
 use crate::tree::{Bvh2, MAX_WIDE_DEPTH, WIDTH};
 
 fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
@@ -90,6 +94,43 @@ fn trees_are_right_wherever_their_triangles_go() {
         }
     }
     assert!(rotations > 1000, "{rotations}");
+}
+
+/// What stopped rays before triangles moved must not be tried on those that come after.
+#[test]
+fn rays_meet_triangles_where_they_are_now() {
+    let mut random = Random::new(0xd6);
+    let mesh = random.mesh(300);
+    let rays: Vec<Ray> = (0..400).map(|_| random.ray()).collect();
+    let (mut tree, mut follower) = built(&mesh, 0, false);
+    let mut scratch = Scratch::default();
+    let mut early = 0;
+    for (frame, motion) in MOTIONS.iter().enumerate() {
+        let mesh = moved(&mesh, *motion, 0xd6 ^ frame as u64);
+        follower.update(&mut tree, &mesh, false);
+        for way in [Way::Single, Way::Stream] {
+            let query = Query {
+                structure: Structure::Tree(&tree),
+                mesh: &mesh,
+                way,
+                mode: Mode::Exact,
+                entry: &Entry::WHOLE,
+                stratum: Some(0),
+            };
+            let answers = |scratch: &mut Scratch| {
+                let mut occluded = vec![0; words_for(rays.len())];
+                let early = any_hit(Instructions::detect(), &query, &rays, &mut occluded, scratch);
+                (occluded, early)
+            };
+            let (expected, _) = answers(&mut Scratch::default());
+            for _ in 0..3 {
+                let (occluded, stopped_early) = answers(&mut scratch);
+                assert_eq!(occluded, expected, "{motion:?} {way:?}");
+                early += stopped_early;
+            }
+        }
+    }
+    assert!(early > 100, "{early} rays by what had stopped others");
 }
 
 /// Sorted are the children of all nodes after full upkeep, and of those touched after selective.

@@ -8,6 +8,7 @@
 use super::one_ray::OneRay;
 use super::rays::{Bits, Rays};
 use super::simd::{Simd, Wide};
+use super::single;
 use super::stack::Stack;
 use super::stream::{Trees, prefetch};
 use crate::trace::packet::PacketCounter;
@@ -150,7 +151,8 @@ fn step<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
     stack.alone.steps += 1;
     let tree = trees.tree();
     if current.is_leaf() {
-        if trees.stops_in_leaf(s, w, current, rays, index, stack, counter) {
+        let single = single::of_stream::<S, W>(s, rays, index);
+        if trees.stops_in_leaf::<S, W, _, C>(s, w, current, single, stack, None, counter) {
             *left &= !(1 << index);
             return false;
         }

@@ -13,7 +13,8 @@
 
 use super::group::of_group;
 use super::leaf::SLOPE_SLACK;
-use super::rays::{Rays, STREAM, UNIT, load_3};
+use super::numbers::UNIT;
+use super::rays::{Rays, STREAM, load_3};
 use super::simd::{Simd, Wide};
 use crate::geometry::Aabb;
 use crate::tree::Node8;

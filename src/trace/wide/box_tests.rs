@@ -1,4 +1,5 @@
 use super::around::Around;
+use super::octants::EntryPoint;
 use super::tests::rays;
 use super::*;
 use crate::geometry::{Aabb, Vec3};

@@ -4,7 +4,7 @@ use super::Structure;
 use super::leaf::{
     ANY_HEIGHT_SLACK, EDGE_SLACK_FAST, END_SLACK, Lines, SLOPE_SLACK, UNDERFLOW, facets_of, test,
 };
-use super::rays::{extent_from, is_plain};
+use super::numbers::{extent_from, is_plain};
 use super::simd::{LANES, Simd};
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::PreparedRay;

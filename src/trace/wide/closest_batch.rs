@@ -1,7 +1,8 @@
 //! Closest hits, of one ray or of a batch, on the instructions at hand.
 
+use super::numbers::Target;
 use super::octants::EntryPoint;
-use super::rays::{Rays, Target};
+use super::rays::Rays;
 use super::simd::{Portable, Simd, Wide};
 use super::{Instructions, MOST_SORTED, Scratch, Set, Structure, closest, closest_stream};
 use crate::geometry::TriangleMesh;

@@ -2,8 +2,9 @@
 //! can meet, or nowhere.
 
 use super::hull::Hull;
+use super::numbers::Target;
 use super::octants::EntryPoint;
-use super::rays::{STREAM, Target};
+use super::rays::STREAM;
 use super::simd::Simd;
 use super::stream::Trees;
 use crate::geometry::TriangleMesh;

@@ -20,7 +20,7 @@
 //! point in `f32` is off by less than `4 u` of the largest coordinate, and planes give way by twice that.
 
 use super::leaf::facets_of;
-use super::rays::{FARTHEST, Target, UNIT};
+use super::numbers::{FARTHEST, Target, UNIT};
 use super::simd::{LANES, Simd};
 use crate::geometry::TriangleMesh;
 use crate::intersect::Mode;

@@ -222,21 +222,23 @@ pub(super) fn facets_of<S: Simd>(s: S, tree: &Bvh8, leaf: ChildRef) -> Facets<S>
     }
 }
 
-/// Whether ray `index` hits a triangle of a leaf for certain; remembers those in doubt.
+/// The first triangle of a leaf that a ray hits for certain, from 0 on; remembers those in doubt for ray
+/// `index`.
 #[inline(always)]
 pub(super) fn hits_leaf<S: Simd>(
     s: S,
     tree: &Bvh8,
     leaf: ChildRef,
-    rays: &Rays<'_>,
+    lines: &Lines<S>,
     index: usize,
     stack: &mut Stack,
-) -> bool {
-    let certain = test(s, &facets_of(s, tree, leaf), &one_of(s, rays, index));
+) -> Option<usize> {
+    let certain = test(s, &facets_of(s, tree, leaf), lines);
     let slots = leaf.leaf_slots();
     let there = (1 << slots.len()) - 1;
-    if certain.hits & there != 0 {
-        return true;
+    let hits = certain.hits & there;
+    if hits != 0 {
+        return Some(hits.trailing_zeros() as usize);
     }
     let mut doubtful = certain.doubtful(there);
     while doubtful != 0 {
@@ -244,5 +246,5 @@ pub(super) fn hits_leaf<S: Simd>(
         stack.doubt(index, tree.triangle_ids[slot]);
         doubtful &= doubtful - 1;
     }
-    false
+    None
 }

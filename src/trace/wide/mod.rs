@@ -17,12 +17,15 @@ mod entry;
 mod group;
 mod hull;
 mod leaf;
+mod numbers;
 mod occluders;
 mod octants;
 mod one_ray;
 mod quads;
 mod rays;
+mod recent;
 mod simd;
+mod single;
 mod stack;
 mod stream;
 mod two_level;
@@ -36,11 +39,12 @@ use crate::ray::{Ray, VisitCounts};
 use crate::trace::shaft::{Entry, Gate};
 use crate::tree::{Bvh8, Node8};
 use alone::Habit;
+use numbers::Target;
 use occluders::Occluders;
-use octants::WORD;
-use octants::{EntryPoint, Picked, Places};
-use rays::{Bits, Numbers, Rays, STREAM, Target};
+use octants::{Picked, Places, WORD};
+use rays::{Bits, Numbers, Rays, STREAM};
 use simd::{Portable, Simd, Wide};
+use single::End;
 use stack::Stack;
 use stream::{Start, Trees, Triangles};
 use two_level::Levels;
@@ -332,11 +336,6 @@ impl Batch<'_> {
             children: parts.children,
             len: parts.len as u32,
         });
-        let one_by_one = match way {
-            Way::Automatic => rays.len() < LEAST_TOGETHER,
-            Way::Single => true,
-            Way::Stream => false,
-        };
         let Scratch {
             numbers,
             stack,
@@ -352,10 +351,26 @@ impl Batch<'_> {
         let kind = stratum.map_or(STRATA, |s| s % STRATA);
         let (occluders, habit) = (occluders[kind].of_tree(tree.id), &mut habits[kind]);
         let target = Target { bounds: &tree.bounds, mesh, mode };
+        let given = entry.as_ref();
+        let one_by_one = match way {
+            Way::Automatic => rays.len() < LEAST_TOGETHER,
+            Way::Single => true,
+            Way::Stream => false,
+        };
+        if one_by_one {
+            let start = Start { trees, entry: given };
+            for (place, ray) in rays.iter().enumerate() {
+                let recent = occluders.recent(s.octant(ray));
+                let end = single::any_hit(s, w, start, ray, target, numbers, stack, recent, tally);
+                occluded[place / WORD] |= u64::from(end.is_occluded()) << (place % WORD);
+                *stopped_early += u64::from(end == End::StoppedEarly);
+                tally.next_stream(Picked::one(rays, &[place as u16]));
+            }
+            return;
+        }
         // Bytes, as bits of one word would wait for each other.
         answers.clear();
         answers.resize(rays.len().next_multiple_of(WORD), 0);
-        let given = entry.as_ref();
         entries.clear();
         places.list(
             s,
@@ -363,24 +378,14 @@ impl Batch<'_> {
             rays,
             entry::RUN,
             #[inline(always)]
-            |run| {
-                if one_by_one {
-                    EntryPoint::Whole
-                } else {
-                    entry::look(s, trees, given, rays, run, target, &mut gates[kind], entries)
-                }
-            },
+            |run| entry::look(s, trees, given, rays, run, target, &mut gates[kind], entries),
         );
         for picked in places.streams(rays) {
             let of_run = picked.entry.map(|index| &entries[index]);
             let start = Start { trees, entry: of_run.or(given) };
             let prepared = Rays::new(s, w, numbers, target, picked);
             stack.alone.expect(*habit);
-            let mut hits = if one_by_one {
-                stream::any_hit_one_by_one(s, w, start, &prepared, stack, occluders, tally)
-            } else {
-                stream::any_hit(s, w, start, &prepared, stack, occluders, tally)
-            };
+            let mut hits = stream::any_hit(s, w, start, &prepared, stack, occluders, tally);
             stack.alone.learn(habit, picked.there.count_ones());
             tally.next_stream(picked);
             while hits != 0 {

@@ -6,6 +6,7 @@
 //! when that falls. Occluders are kept for each stratum of rays, such as those of one light, and each
 //! octant of directions. What is tried first changes no answer.
 
+use super::recent::Recent;
 use crate::tree::ChildRef;
 
 /// Occluders that are tried for each octant.
@@ -42,6 +43,8 @@ pub(super) struct Occluder {
 /// Those of one tree, or of several that belong together.
 pub(super) struct Occluders {
     of_octants: [[Occluder; TRIED]; 8],
+    /// Likewise, of rays that come alone.
+    recent: [Recent; 8],
     /// Of which tree: see [`Bvh8::id`](crate::tree::Bvh8).
     tree: u64,
     /// Whether any are kept.
@@ -55,7 +58,13 @@ impl Occluders {
 
     /// None yet; nor later, unless they are to be kept.
     pub(super) const fn new(is_kept: bool) -> Self {
-        Self { of_octants: [[Self::NONE; TRIED]; 8], tree: 0, is_kept, stopped: 0 }
+        Self {
+            of_octants: [[Self::NONE; TRIED]; 8],
+            recent: [const { Recent::NONE }; 8],
+            tree: 0,
+            is_kept,
+            stopped: 0,
+        }
     }
 
     /// Forgets those of another tree.
@@ -69,6 +78,13 @@ impl Occluders {
     /// Rays that they have stopped since this was asked last.
     pub(super) fn stopped_since(&mut self) -> u64 {
         std::mem::take(&mut self.stopped)
+    }
+
+    /// What is tried first on a ray of that octant which comes alone, if it pays.
+    #[inline(always)]
+    pub(super) fn recent(&mut self, octant: u8) -> Option<&mut Recent> {
+        let recent = &mut self.recent[usize::from(octant & 7)];
+        (self.is_kept && recent.are_worth_it()).then_some(recent)
     }
 
     /// Tries all on some rays, a bit each, and returns those that are stopped. `stops` tells which

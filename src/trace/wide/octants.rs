@@ -24,6 +24,14 @@ pub(super) struct Picked<'a> {
     pub(super) ahead: *const Ray,
 }
 
+impl<'a> Picked<'a> {
+    /// One ray, whose place comes first.
+    #[inline(always)]
+    pub(super) fn one(batch: &'a [Ray], places: &'a [u16]) -> Self {
+        Self { batch, places, there: 1, entry: None, ahead: std::ptr::null() }
+    }
+}
+
 /// Places of a batch's rays, by octant: first streams of one octant, then what is left over.
 #[derive(Default)]
 pub(super) struct Places {

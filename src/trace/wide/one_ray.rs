@@ -1,5 +1,6 @@
 //! One ray of a stream against the boxes of a node's children.
 
+use super::numbers::Slabs;
 use super::rays::{Rays, Row};
 use super::simd::Simd;
 use crate::tree::Node8;
@@ -7,29 +8,30 @@ use crate::tree::Node8;
 /// A ray's numbers, one in all lanes each.
 #[derive(Clone, Copy)]
 pub(super) struct OneRay<S: Simd> {
-    reciprocal: [S::Floats; 3],
-    near: [S::Floats; 3],
-    far: [S::Floats; 3],
-    t_min: S::Floats,
-    t_max: S::Floats,
-    begin: S::Floats,
+    slabs: Slabs<S>,
     /// For each axis the side of the entry plane.
     entry_side: [usize; 3],
 }
 
 impl<S: Simd> OneRay<S> {
+    /// Ray `index` of a stream.
     #[inline(always)]
     pub(super) fn new(s: S, rays: &Rays<'_>, index: usize, octant: u8) -> Self {
-        let octant = usize::from(octant);
-        Self {
+        let slabs = Slabs {
             reciprocal: splat_3(s, &rays.reciprocal, index),
             near: splat_3(s, &rays.near, index),
             far: splat_3(s, &rays.far, index),
             t_min: s.splat(rays.t_min.0[index]),
             t_max: s.splat(rays.t_max.0[index]),
             begin: s.splat(rays.begin.0[index]),
-            entry_side: [octant & 1, octant >> 1 & 1, octant >> 2 & 1],
-        }
+        };
+        Self::of(slabs, octant)
+    }
+
+    #[inline(always)]
+    pub(super) fn of(slabs: Slabs<S>, octant: u8) -> Self {
+        let octant = usize::from(octant);
+        Self { slabs, entry_side: [octant & 1, octant >> 1 & 1, octant >> 2 & 1] }
     }
 
     /// Where the ray crosses the entry planes of an axis, and the exit planes.
@@ -38,8 +40,11 @@ impl<S: Simd> OneRay<S> {
         let side = self.entry_side[axis] & 1;
         let planes = &node.planes[axis];
         let (near, far) = (s.load(&planes[side]), s.load(&planes[1 - side]));
-        let reciprocal = self.reciprocal[axis];
-        [s.mul_sub(near, reciprocal, self.near[axis]), s.mul_sub(far, reciprocal, self.far[axis])]
+        let reciprocal = self.slabs.reciprocal[axis];
+        [
+            s.mul_sub(near, reciprocal, self.slabs.near[axis]),
+            s.mul_sub(far, reciprocal, self.slabs.far[axis]),
+        ]
     }
 
     /// The children that the ray meets, one bit each. All that a single ray does next waits for this.
@@ -47,15 +52,15 @@ impl<S: Simd> OneRay<S> {
     pub(super) fn meets(&self, s: S, node: &Node8) -> u32 {
         let [x, y, z] =
             [self.crosses(s, node, 0), self.crosses(s, node, 1), self.crosses(s, node, 2)];
-        let entry = s.quick_max(s.quick_max(x[0], y[0]), s.quick_max(z[0], self.begin));
-        let exit = s.quick_min(s.quick_min(x[1], y[1]), s.quick_min(z[1], self.t_max));
+        let entry = s.quick_max(s.quick_max(x[0], y[0]), s.quick_max(z[0], self.slabs.begin));
+        let exit = s.quick_min(s.quick_min(x[1], y[1]), s.quick_min(z[1], self.slabs.t_max));
         s.quick_less_equal(entry, exit) & node.occupied()
     }
 
     /// The children that the ray meets, one bit each, and where it enters all boxes.
     #[inline(always)]
     pub(super) fn enters(&self, s: S, node: &Node8) -> (u32, S::Floats) {
-        let (mut entry, mut exit) = (self.t_min, self.t_max);
+        let (mut entry, mut exit) = (self.slabs.t_min, self.slabs.t_max);
         for axis in 0..3 {
             let [enters, leaves] = self.crosses(s, node, axis);
             entry = s.max(enters, entry);
@@ -67,7 +72,7 @@ impl<S: Simd> OneRay<S> {
     /// Ends the ray at `t`.
     #[inline(always)]
     pub(super) fn shorten(&mut self, s: S, t: f32) {
-        self.t_max = s.min(s.splat(t), self.t_max);
+        self.slabs.t_max = s.min(s.splat(t), self.slabs.t_max);
     }
 }
 

@@ -142,8 +142,9 @@ mod tests {
     use crate::test_random::Random;
     use crate::trace::NoCount;
     use crate::trace::wide::group::of_group;
+    use crate::trace::wide::numbers::Target;
     use crate::trace::wide::octants::{EntryPoint, Places};
-    use crate::trace::wide::rays::{Bits, Numbers, STREAM, Target};
+    use crate::trace::wide::rays::{Bits, Numbers, STREAM};
     use crate::trace::wide::simd::{Portable, Simd};
     use crate::trace::wide::stream::leaf_by_ray;
     use crate::trace::wide::tests::rays as random_rays;
@@ -215,8 +216,12 @@ mod tests {
                     let expected = leaf_by_ray(s, tree, leaf, &rays, first, here, &mut by_ray);
                     assert_eq!(stopped, expected, "{leaf:?}");
                     let left = Bits::from(here & !stopped) << first;
-                    let settled = by_quads.settle(s, &rays, left, &mut NoCount);
-                    assert_eq!(settled, by_ray.settle(s, &rays, left, &mut NoCount), "{leaf:?}");
+                    let settled = rays.settle(s, left, &mut by_quads, &mut NoCount);
+                    assert_eq!(
+                        settled,
+                        rays.settle(s, left, &mut by_ray, &mut NoCount),
+                        "{leaf:?}"
+                    );
                     found[0] += stopped.count_ones();
                     found[1] += settled.count_ones();
                 }

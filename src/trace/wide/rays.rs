@@ -1,40 +1,15 @@
 //! Up to 128 rays side by side, with what the conservative tests compute with.
-//!
-//! # Why the box test here accepts what [`PreparedRay::enter`] accepts
-//!
-//! That test finds the entry of an ascending ray into a slab at `fl(fl(p - n) r)`, where `n` is the
-//! origin `o` moved forwards by its padding and `r` the reciprocal of the direction. Here it is
-//! `fl(p r - c)` with `c = fl(fl(o + P) r)`, one operation once `c` is known. With `u = 2^-24` and
-//! `m` the scene's extent seen from the origin:
-//!
-//! - `n` is at most `o + 16.01 u m + 3.1 u |o|`, and the other test's result at least
-//!   `(p - n) r - 2.01 u |p - n| r`, where `|p - n|` is at most `1.01 m + 4 u |o|`;
-//! - `c` is at least `(o + P - 2.01 u (|o| + P)) r`, and this test's result at most
-//!   `p r - c + u |p r - c| + u |p r|`, the last term where `p r` is rounded as well, with
-//!   `|p| <= |o| + m`.
-//!
-//! So it is enough that `P >= (16.01 + 2.01 + 2.1) u m + (3.1 + 2.01 + 1.1) u |o|`. What underflow
-//! takes, at most `2^-105` in units of space, is in a constant. Exits and descending rays are mirror
-//! images. Nothing overflows, as rays for which something might are left unbounded on that axis.
-//!
-//! # Intervals
-//!
-//! Ends of an interval are moved by a slack `s` that is more than what the other test moves them by. For
-//! [quick](Simd::quick_max) comparisons no number may be negative but the exits of boxes that are missed.
-//! So exits are moved on by `e = s + max(-t_min, 0)` as well, and what is held against them is `b = max(t_min,
-//! 0)` and `t_max + e`: where `t_min - s` is no larger than an exit, `b` is no larger than that and `e`, and
-//! everything else is held against something later than before. Subtracting `e` from `c` is one more
-//! rounding, `1.1 u (|o| + m)` where it matters: where `e` is larger than that, exits of boxes that are
-//! in question are far above `b`. All in all, `23 u m + 9 u |o|` exceed what is needed by more than their
-//! own rounding.
 
 use super::around::Around;
-use super::leaf::{ANY_HEIGHT_SLACK, EDGE_SLACK_FAST, END_SLACK, SLOPE_SLACK, UNDERFLOW};
+use super::leaf::{END_SLACK, SLOPE_SLACK, UNDERFLOW};
+use super::numbers::{Given, LARGEST_REACH, OF_EXTENT, OF_UNDERFLOW, Target, prepare};
 use super::octants::Picked;
 use super::simd::{LANES, Simd, Wide};
+use super::stack::Stack;
 use crate::geometry::{Aabb, TriangleMesh};
 use crate::intersect::{Mode, PreparedRay, Stage};
 use crate::ray::Ray;
+use crate::trace::packet::PacketCounter;
 use std::cell::OnceCell;
 
 /// Rays of a stream.
@@ -42,23 +17,6 @@ pub(super) const STREAM: usize = Bits::BITS as usize;
 
 /// One bit for each ray of a stream.
 pub(super) type Bits = u128;
-
-pub(super) const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
-const OF_EXTENT: f32 = 23.0 * UNIT;
-const OF_ORIGIN: f32 = 9.0 * UNIT;
-/// `2^-100`.
-const OF_UNDERFLOW: f32 = 1.0 / (1u128 << 100) as f32;
-
-/// Products up to here are far from overflow: `2^124`.
-const LARGEST_REACH: f32 = (1u128 << 124) as f32;
-
-/// Rays with longer or shorter directions, or further out, are odd: for others no number of the box
-/// and triangle tests overflows, and what underflows is bounded.
-const SHORTEST: f32 = 1.0 / (1u64 << 20) as f32;
-const LONGEST: f32 = (1u64 << 20) as f32;
-pub(super) const FARTHEST: f32 = (1u64 << 40) as f32;
-/// As [`PreparedRay`] has it.
-const SMALLEST_SHARE: f32 = 1.0 / (1u64 << 60) as f32;
 
 /// One number for each ray.
 #[derive(Clone, Copy)]
@@ -127,26 +85,6 @@ impl Numbers {
         height_slack: Row::ZERO,
         octants: [0; STREAM / LANES],
     };
-}
-
-/// Whether a valid ray is not odd; `extent` is that of the scene from its origin.
-pub(super) fn is_plain(ray: &Ray, extent: f32) -> bool {
-    let (o, d) = (ray.origin.abs(), ray.direction.abs());
-    let in_reach = o.x + o.y + o.z < FARTHEST && extent < FARTHEST;
-    in_reach && d.x + d.y + d.z < LONGEST && d.max_element() >= SHORTEST
-}
-
-/// The largest distance on an axis between the origin and a point of `bounds`.
-pub(super) fn extent_from(ray: &Ray, bounds: &Aabb) -> f32 {
-    (ray.origin - bounds.min).max(bounds.max - ray.origin).max_element()
-}
-
-/// What rays are tested against, and how.
-#[derive(Clone, Copy)]
-pub(super) struct Target<'a> {
-    pub(super) bounds: &'a Aabb,
-    pub(super) mesh: &'a TriangleMesh,
-    pub(super) mode: Mode,
 }
 
 /// The rays of a stream.
@@ -232,6 +170,18 @@ impl<'a> Rays<'a> {
         self.around.get().expect("set above")
     }
 
+    /// Those of `alive` rays that a triangle stops that was in doubt.
+    #[inline(always)]
+    pub(super) fn settle<S: Simd, C: PacketCounter>(
+        &self,
+        s: S,
+        alive: Bits,
+        stack: &mut Stack,
+        counter: &mut C,
+    ) -> Bits {
+        stack.settle(s, self.target, |index| self.given(index), alive, counter)
+    }
+
     /// Box around all that they are tested against.
     pub(super) fn bounds(&self) -> &Aabb {
         self.target.bounds
@@ -255,16 +205,11 @@ impl<'a> Rays<'a> {
         let unit = numbers.slope_slack.0[index] * (END_SLACK / SLOPE_SLACK);
         numbers.end_slack.0[index] = end.abs() * unit + UNDERFLOW;
     }
-
-    /// Whether a ray hits a triangle that the vector tests leave in doubt, and what settled it.
-    #[inline(never)]
-    pub(super) fn confirm(&self, index: usize, triangle: u32) -> (bool, Stage) {
-        confirm(self.given(index), triangle, self.target)
-    }
 }
 
-/// As [`Rays::confirm`].
-fn confirm(ray: &Ray, triangle: u32, target: Target<'_>) -> (bool, Stage) {
+/// Whether a ray hits a triangle that the vector tests leave in doubt, and what settled it.
+#[inline(never)]
+pub(super) fn confirm(ray: &Ray, triangle: u32, target: Target<'_>) -> (bool, Stage) {
     let triangle = target.mesh.triangle(triangle as usize);
     match target.mode {
         Mode::Exact => crate::intersect::hits_exactly(ray, &triangle),
@@ -293,71 +238,29 @@ impl Numbers {
     /// Computes the others. Returns which rays are not odd: valid, and of common size.
     #[inline(always)]
     fn prepare<W: Wide>(&mut self, w: W, group: usize, target: Target<'_>) -> u64 {
-        let origin = load_3(w, &self.origin, group);
-        let direction = load_3(w, &self.direction, group);
-        let (t_min, t_max) = (w.load(&self.start, group), w.load(&self.end, group));
-        let size = direction.map(|d| w.abs(d));
-        let far_out = origin.map(|o| w.abs(o));
-        let largest = w.max(w.max(size[0], size[1]), size[2]);
-        let length = w.add(w.add(size[0], size[1]), size[2]);
-        let distance = w.add(w.add(far_out[0], far_out[1]), far_out[2]);
-        let mut extent = w.splat(0.0);
-        for (axis, origin) in origin.iter().enumerate() {
-            let (lower, upper) =
-                (w.splat(target.bounds.min[axis]), w.splat(target.bounds.max[axis]));
-            extent = w.max(w.max(w.sub(*origin, lower), w.sub(upper, *origin)), extent);
-        }
-        // Of NaN no comparison holds.
-        let in_reach = w.both(
-            w.less(distance, w.splat(FARTHEST)),
-            w.both(w.less(extent, w.splat(FARTHEST)), w.less(length, w.splat(LONGEST))),
-        );
-        let plain = w.both(
-            w.both(in_reach, w.less_equal(w.splat(SHORTEST), largest)),
-            w.less_equal(t_min, t_max),
-        );
-        let scene_pad = w.mul_add(extent, w.splat(OF_EXTENT), w.splat(OF_UNDERFLOW));
-        let zero = w.splat(0.0);
-        let smallest = w.mul(largest, w.splat(SMALLEST_SHARE));
-        let (mut reciprocals, mut least_reciprocal) = ([zero; 3], w.splat(f32::INFINITY));
-        for axis in 0..3 {
-            let reciprocal = w.div(w.splat(1.0), w.max(size[axis], smallest));
-            least_reciprocal = w.min(reciprocal, least_reciprocal);
-            reciprocals[axis] = w.flip_sign(reciprocal, direction[axis]);
-        }
-        let slack = w.mul(scene_pad, w.mul(least_reciprocal, w.splat(1.0 + 4.0 * UNIT)));
-        let later = w.add(slack, w.max(w.sub(zero, t_min), zero));
-        for axis in 0..3 {
-            let (o, d, reciprocal) = (origin[axis], direction[axis], reciprocals[axis]);
-            let forwards = w.flip_sign(w.mul_add(far_out[axis], w.splat(OF_ORIGIN), scene_pad), d);
-            let exit = w.sub(w.mul(w.sub(o, forwards), reciprocal), later);
-            w.store(&mut self.reciprocal[axis], group, reciprocal);
-            w.store(&mut self.near[axis], group, w.mul(w.add(o, forwards), reciprocal));
-            w.store(&mut self.far[axis], group, exit);
-        }
-        w.store(&mut self.t_min, group, w.sub(t_min, slack));
-        w.store(&mut self.t_max, group, w.add(t_max, later));
-        w.store(&mut self.begin, group, w.max(t_min, zero));
-        // Four times as far as any hit, which lies in the scene.
-        let beyond = w.mul(w.mul(extent, w.splat(4.0)), least_reciprocal);
-        let before = w.sub(zero, beyond);
-        let start = w.min(w.max(t_min, before), beyond);
-        let end = w.max(w.min(t_max, beyond), before);
-        w.store(&mut self.start, group, start);
-        w.store(&mut self.end, group, end);
-        w.store(&mut self.slope_slack, group, w.mul(length, w.splat(SLOPE_SLACK)));
-        let unit = w.mul(length, w.splat(END_SLACK));
-        let tiny = w.splat(UNDERFLOW);
-        w.store(&mut self.start_slack, group, w.mul_add(w.abs(start), unit, tiny));
-        w.store(&mut self.end_slack, group, w.mul_add(w.abs(end), unit, tiny));
-        w.store(&mut self.height_slack, group, w.mul(extent, w.splat(ANY_HEIGHT_SLACK)));
-        let edge_slack = match target.mode {
-            Mode::Exact => tiny,
-            // What the plain test's sheared coordinates are off by.
-            Mode::Fast => w.mul_add(w.mul(extent, length), w.splat(EDGE_SLACK_FAST), tiny),
+        let given = Given {
+            origin: load_3(w, &self.origin, group),
+            direction: load_3(w, &self.direction, group),
+            t_min: w.load(&self.start, group),
+            t_max: w.load(&self.end, group),
         };
-        w.store(&mut self.edge_slack, group, edge_slack);
-        w.bits(plain)
+        let (slabs, limits, plain) = prepare(w, &given, target);
+        for axis in 0..3 {
+            w.store(&mut self.reciprocal[axis], group, slabs.reciprocal[axis]);
+            w.store(&mut self.near[axis], group, slabs.near[axis]);
+            w.store(&mut self.far[axis], group, slabs.far[axis]);
+        }
+        w.store(&mut self.t_min, group, slabs.t_min);
+        w.store(&mut self.t_max, group, slabs.t_max);
+        w.store(&mut self.begin, group, slabs.begin);
+        w.store(&mut self.start, group, limits.start);
+        w.store(&mut self.end, group, limits.end);
+        w.store(&mut self.slope_slack, group, limits.slope_slack);
+        w.store(&mut self.edge_slack, group, limits.edge_slack);
+        w.store(&mut self.start_slack, group, limits.start_slack);
+        w.store(&mut self.end_slack, group, limits.end_slack);
+        w.store(&mut self.height_slack, group, limits.height_slack);
+        plain
     }
 
     /// A ray that is scaled or might overflow, from what it is prepared as. `false` if it hits nothing

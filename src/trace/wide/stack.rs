@@ -1,8 +1,10 @@
 //! What a stream has still to visit, and to settle.
 
 use super::alone::Alone;
-use super::rays::{Bits, Rays};
+use super::numbers::Target;
+use super::rays::{Bits, confirm};
 use super::simd::Simd;
+use crate::ray::Ray;
 use crate::trace::packet::PacketCounter;
 use crate::tree::{ChildRef, MAX_WIDE_DEPTH, WIDTH};
 
@@ -69,19 +71,20 @@ impl Stack {
         }
     }
 
-    /// Those of `alive` rays that a triangle stops that was in doubt.
+    /// Those of `alive` rays that a triangle stops that was in doubt. `given` has rays by number.
     #[inline(always)]
-    pub(super) fn settle<S: Simd, C: PacketCounter>(
+    pub(super) fn settle<'a, S: Simd, C: PacketCounter>(
         &mut self,
         s: S,
-        rays: &Rays<'_>,
+        target: Target<'_>,
+        given: impl Fn(usize) -> &'a Ray,
         alive: Bits,
         counter: &mut C,
     ) -> Bits {
         if self.doubts.is_empty() {
             return 0;
         }
-        let mesh = rays.mesh();
+        let mesh = target.mesh;
         for &(_, triangle) in &self.doubts {
             s.prefetch(&mesh.triangles()[triangle as usize]);
         }
@@ -93,7 +96,7 @@ impl Stack {
         let mut left = alive;
         for (index, triangle) in self.doubts.drain(..) {
             if left >> index & 1 != 0 {
-                let (hit, by) = rays.confirm(index as usize, triangle);
+                let (hit, by) = confirm(given(index as usize), triangle, target);
                 counter.settled(index as usize, by);
                 left &= !(Bits::from(hit) << index);
             }

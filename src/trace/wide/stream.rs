@@ -2,12 +2,14 @@
 
 use super::alone;
 use super::group::{leaf_by_group, node_by_group, of_group, stopped_by_occluders};
-use super::leaf::hits_leaf;
+use super::leaf::{Lines, hits_leaf, one_of};
 use super::occluders::Occluders;
 use super::one_ray::OneRay;
 use super::quads::{self, leaf_by_quads};
 use super::rays::{Bits, Rays, STREAM};
+use super::recent::Recent;
 use super::simd::{Simd, Wide};
+use super::single::{self, Single, one_ray};
 use super::stack::{Pending, Stack};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef, LEAF_ROWS, Node8, WIDTH};
@@ -59,16 +61,19 @@ pub(super) trait Trees: Copy {
 
     /// Whether something in a leaf stops one ray.
     #[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
-    fn stops_in_leaf<S: Simd, W: Wide, C: PacketCounter>(
+    fn stops_in_leaf<S: Simd, W: Wide, L: Fn() -> Lines<S> + Copy, C: PacketCounter>(
         &self,
         s: S,
         w: W,
         leaf: ChildRef,
-        rays: &Rays<'_>,
-        index: usize,
+        single: Single<S, L>,
         stack: &mut Stack,
+        recent: Option<&mut Recent>,
         counter: &mut C,
     ) -> bool;
+
+    /// The tree that stands for a leaf that was put off.
+    fn put_off(&self, leaf: ChildRef) -> Triangles<'_>;
 
     /// Visits what was put off, for the rays that are still alive, and returns those that are stopped.
     #[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
@@ -123,20 +128,22 @@ impl Trees for Triangles<'_> {
     }
 
     #[inline(always)]
-    fn stops_in_leaf<S: Simd, W: Wide, C: PacketCounter>(
+    fn stops_in_leaf<S: Simd, W: Wide, L: Fn() -> Lines<S> + Copy, C: PacketCounter>(
         &self,
         s: S,
         _: W,
         leaf: ChildRef,
-        rays: &Rays<'_>,
-        index: usize,
+        single: Single<S, L>,
         stack: &mut Stack,
+        recent: Option<&mut Recent>,
         counter: &mut C,
     ) -> bool {
-        for _ in leaf.leaf_slots() {
-            counter.triangle(1 << index);
-        }
-        hits_leaf(s, self.tree, leaf, rays, index, stack)
+        single::stops_in_leaf(s, self.tree, leaf, single, stack, recent, counter)
+    }
+
+    #[inline(always)]
+    fn put_off(&self, _: ChildRef) -> Triangles<'_> {
+        *self
     }
 
     #[inline(always)]
@@ -182,10 +189,10 @@ pub(super) fn any_hit<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
         stack.push(root, alive);
     }
     alive &= !descend(s, w, trees, entry, rays, alive, 0, stack, occluders, counter);
-    alive &= !stack.settle(s, rays, alive, counter);
+    alive &= !rays.settle(s, alive, stack, counter);
     if T::PUTS_OFF {
         alive &= !trees.make_up(s, w, rays, alive, stack, occluders, counter);
-        alive &= !stack.settle(s, rays, alive, counter);
+        alive &= !rays.settle(s, alive, stack, counter);
     }
     rays.valid & !alive
 }
@@ -228,8 +235,8 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
                     stack.alone.set_aside(here.trailing_zeros() as usize, child);
                     continue;
                 }
-                let index = here.trailing_zeros() as usize;
-                if one_ray::<T, S, W, C>(s, w, trees, rays, index, child, stack, counter) {
+                let single = single::of_stream::<S, W>(s, rays, here.trailing_zeros() as usize);
+                if one_ray::<T, S, W, _, C>(s, w, trees, single, child, stack, None, counter) {
                     alive &= !here;
                 }
                 continue;
@@ -257,39 +264,6 @@ pub(super) fn descend<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
         alive &= !alone::any_hit(s, w, trees, rays, alive, stack, counter);
     }
     all & !alive
-}
-
-/// As [`any_hit`], each ray on its own.
-#[inline(always)]
-pub(super) fn any_hit_one_by_one<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
-    s: S,
-    w: W,
-    start: Start<'_, T>,
-    rays: &Rays<'_>,
-    stack: &mut Stack,
-    occluders: &mut Occluders,
-    counter: &mut C,
-) -> Bits {
-    let Start { trees, entry } = start;
-    let Some(root) = trees.tree().root else { return 0 };
-    let whole = [root];
-    let starts = entry.map_or(&whole[..], |node| &node.children[..node.len as usize]);
-    let (mut left, mut hits) = (rays.valid, 0);
-    while left != 0 {
-        let index = left.trailing_zeros() as usize;
-        left &= left - 1;
-        stack.begin();
-        let mut hit = starts
-            .iter()
-            .any(|start| one_ray::<T, S, W, C>(s, w, trees, rays, index, *start, stack, counter));
-        hit = hit || stack.settle(s, rays, 1 << index, counter) != 0;
-        if T::PUTS_OFF && !hit {
-            hit = trees.make_up(s, w, rays, 1 << index, stack, occluders, counter) != 0
-                || stack.settle(s, rays, 1 << index, counter) != 0;
-        }
-        hits |= Bits::from(hit) << index;
-    }
-    hits
 }
 
 /// For each child the rays that meet it.
@@ -357,53 +331,10 @@ pub(super) fn leaf_by_ray<S: Simd>(
     let mut stopped = 0;
     while here != 0 {
         let lane = here.trailing_zeros() as usize;
-        stopped |= u64::from(hits_leaf(s, tree, leaf, rays, first + lane, stack)) << lane;
+        let lines = one_of(s, rays, first + lane);
+        let by = hits_leaf(s, tree, leaf, &lines, first + lane, stack);
+        stopped |= u64::from(by.is_some()) << lane;
         here &= here - 1;
     }
     stopped
-}
-
-/// Whether anything below `child` is in the way of one ray.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "what the stream has at hand")]
-pub(super) fn one_ray<T: Trees, S: Simd, W: Wide, C: PacketCounter>(
-    s: S,
-    w: W,
-    trees: T,
-    rays: &Rays<'_>,
-    index: usize,
-    child: ChildRef,
-    stack: &mut Stack,
-    counter: &mut C,
-) -> bool {
-    let ray = OneRay::new(s, rays, index, rays.octants[index / W::GROUP]);
-    let tree = trees.tree();
-    let base = stack.len();
-    let mut current = child;
-    loop {
-        counter.node(1 << index);
-        stack.alone.steps += 1;
-        if current.is_leaf() {
-            if trees.stops_in_leaf(s, w, current, rays, index, stack, counter) {
-                stack.cut(base);
-                return true;
-            }
-        } else {
-            let node = &tree.nodes[current.node_index()];
-            let mut met = ray.meets(s, node);
-            if met != 0 {
-                let first = met.trailing_zeros();
-                met &= met - 1;
-                s.pick(&node.children, met, stack.next().0);
-                stack.added(met.count_ones() as usize);
-                if let Some(next) = stack.top_above(base).filter(|_| tree.is_large()) {
-                    prefetch(s, tree, next);
-                }
-                current = node.children[first as usize];
-                continue;
-            }
-        }
-        let Some(next) = stack.pop_above(base) else { return false };
-        current = next.child;
-    }
 }

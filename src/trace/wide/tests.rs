@@ -332,3 +332,59 @@ fn millions_of_rays_are_answered_alike_by_all_instructions_and_ways() {
     }
     assert!(hits > 500_000, "{hits} hits");
 }
+
+/// A wall with gaps behind small triangles: most rays stop at few triangles, which learn and forget.
+#[test]
+fn what_stops_single_rays_is_tried_first_where_it_pays() {
+    let mut random = Random::new(0x5176);
+    let corner = |x: f32, y: f32| Vec3::new(x, y, -5.0);
+    let mut vertices: Vec<Vec3> = Vec::new();
+    for i in 0..6 {
+        let x = 2.0 * i as f32 - 6.0;
+        vertices.extend([corner(x, -9.0), corner(x + 1.9, -9.0), corner(x + 1.0, 20.0)]);
+    }
+    for _ in 0..200 {
+        let a = random.point();
+        vertices.extend([a, a + Vec3::X * 0.01, a + Vec3::Y * 0.01]);
+    }
+    let triangles = (0..vertices.len() as u32 / 3).map(|t| [0, 1, 2].map(|k| 3 * t + k));
+    let mesh = TriangleMesh::new(vertices, triangles.collect());
+    let (binary, wide) = trees(&mesh, WideCosts::default());
+    let towards = |random: &mut Random, down: bool| -> Ray {
+        let direction = Vec3::new(0.1 * random.unit(), 0.1 * random.unit(), -1.0);
+        let direction = if down { direction } else { -direction };
+        Ray { direction, ..Ray::new(random.point(), Vec3::Z, 100.0) }
+    };
+    for down in [true, false, true] {
+        let rays: Vec<Ray> = (0..2000).map(|_| towards(&mut random, down)).collect();
+        let expected: Vec<bool> = rays
+            .iter()
+            .map(|ray| single::any_hit(&binary, binary.root, &Plan::Near, Fast, ray, &mut NoCount))
+            .collect();
+        let hits = expected.iter().filter(|hit| **hit).count() as u64;
+        for (set, stratum) in
+            Instructions::all().into_iter().flat_map(|set| [(set, Some(2)), (set, None)])
+        {
+            let query = Query {
+                structure: Structure::Tree(&wide),
+                mesh: &mesh,
+                way: Way::Automatic,
+                mode: Mode::Fast,
+                entry: &Entry::WHOLE,
+                stratum,
+            };
+            let mut scratch = Scratch::default();
+            let mut early = 0;
+            // A call for each ray.
+            for (ray, expected) in rays.iter().zip(&expected) {
+                let mut occluded = [0];
+                early += any_hit(set, &query, &[*ray], &mut occluded, &mut scratch);
+                assert_eq!(occluded[0] != 0, *expected, "{} {ray:?}", set.name());
+            }
+            println!("{} {stratum:?}: {early} of {hits} rays early", set.name());
+            assert!(stratum.is_some() || early == 0);
+            assert!(stratum.is_none() || !down || early * 2 > hits, "{early} of {hits}");
+            assert!(early <= hits);
+        }
+    }
+}

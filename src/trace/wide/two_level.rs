@@ -1,11 +1,14 @@
 //! Trees in the leaves of a tree: rays go from one level to the next as they are, so that answers are
 //! those of one tree over all triangles.
 
+use super::leaf::Lines;
 use super::occluders::Occluders;
 use super::rays::{Bits, Rays};
+use super::recent::Recent;
 use super::simd::{Simd, Wide};
+use super::single::{self, Single};
 use super::stack::Stack;
-use super::stream::{Trees, Triangles, descend, one_ray};
+use super::stream::{Trees, Triangles, descend};
 use crate::trace::packet::PacketCounter;
 use crate::tree::{Bvh8, ChildRef};
 
@@ -76,28 +79,34 @@ impl Trees for Levels<'_> {
     }
 
     #[inline(always)]
-    fn stops_in_leaf<S: Simd, W: Wide, C: PacketCounter>(
+    fn stops_in_leaf<S: Simd, W: Wide, L: Fn() -> Lines<S> + Copy, C: PacketCounter>(
         &self,
         s: S,
         w: W,
         leaf: ChildRef,
-        rays: &Rays<'_>,
-        index: usize,
+        single: Single<S, L>,
         stack: &mut Stack,
+        mut recent: Option<&mut Recent>,
         counter: &mut C,
     ) -> bool {
         for slot in leaf.leaf_slots() {
             let number = self.number(slot);
             let Some(tree) = self.0.ready(number as usize) else {
-                stack.put_off(ChildRef::leaf(slot, 1), 1 << index);
+                stack.put_off(ChildRef::leaf(slot, 1), 1 << single.index);
                 continue;
             };
-            let trees = Triangles { tree, number };
-            if visit_alone(s, w, trees, rays, index, stack, counter) {
+            let (trees, recent) = (Triangles { tree, number }, recent.as_deref_mut());
+            if single::visit::<S, W, L, C>(s, w, trees, single, stack, recent, counter) {
                 return true;
             }
         }
         false
+    }
+
+    #[inline(always)]
+    fn put_off(&self, leaf: ChildRef) -> Triangles<'_> {
+        let number = self.number(leaf.leaf_slots().start);
+        Triangles { tree: self.0.part(number as usize), number }
     }
 
     #[inline(always)]
@@ -117,8 +126,7 @@ impl Trees for Levels<'_> {
             if here == 0 {
                 continue;
             }
-            let number = self.number(leaf.leaf_slots().start);
-            let trees = Triangles { tree: self.0.part(number as usize), number };
+            let trees = self.put_off(leaf);
             left &= !visit(s, w, trees, rays, here, stack, occluders, counter);
         }
         alive & !left
@@ -145,23 +153,5 @@ fn visit<S: Simd, W: Wide, C: PacketCounter>(
     w.run(
         #[inline(always)]
         || descend(s, w, trees, None, rays, here, base, stack, occluders, counter),
-    )
-}
-
-/// As [`visit`], for one ray: whether it is stopped.
-#[inline(never)]
-fn visit_alone<S: Simd, W: Wide, C: PacketCounter>(
-    s: S,
-    w: W,
-    trees: Triangles<'_>,
-    rays: &Rays<'_>,
-    index: usize,
-    stack: &mut Stack,
-    counter: &mut C,
-) -> bool {
-    let Some(root) = trees.tree.root else { return false };
-    w.run(
-        #[inline(always)]
-        || one_ray::<_, S, W, C>(s, w, trees, rays, index, root, stack, counter),
     )
 }

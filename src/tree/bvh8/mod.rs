@@ -114,9 +114,9 @@ pub struct Bvh8 {
     pub leaves: Vec<f32>,
     /// For each slot, the triangle's index in the mesh.
     pub triangle_ids: Vec<u32>,
-    /// Unlike that of any other tree, but for copies; not 0. It stays the same where triangles move and
-    /// nodes change places: leaves keep their slots, so whoever remembers some by this may still try
-    /// them.
+    /// Unlike that of any other tree, but for copies; not 0. Another one whenever triangles have moved: what
+    /// is remembered of leaves and triangles holds as long as this is the same, so whoever writes to
+    /// [`leaves`](Self::leaves) gives the tree a [new one](Self::new_id).
     pub id: u64,
 }
 

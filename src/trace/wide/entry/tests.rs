@@ -1,7 +1,7 @@
 //! What a look leaves out is in nobody's way: of all triangles that any ray of a run hits none is missing.
 
+use super::super::numbers::Target;
 use super::super::octants::EntryPoint;
-use super::super::rays::Target;
 use super::super::simd::{Portable, Simd};
 use super::super::stream::Triangles;
 use super::super::{
