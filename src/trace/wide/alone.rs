@@ -52,7 +52,6 @@ impl Alone {
     /// Before a stream of rays of a kind.
     pub(super) fn expect(&mut self, habit: Habit) {
         self.is_wanted = habit.steps > LEAST_STEPS;
-        self.steps = 0;
     }
 
     /// After that.

@@ -49,6 +49,7 @@ impl Stack {
 
     pub(super) fn begin(&mut self) {
         self.len = 0;
+        self.alone.steps = 0;
         self.put_off.clear();
         self.made_up = 0;
         self.doubts.clear();
